@@ -1,0 +1,1 @@
+"""Ground-truth datasets: cases, certified generation, Parquet, manifests, verification."""

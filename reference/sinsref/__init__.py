@@ -1,0 +1,1 @@
+"""High-precision truth for the numerical algorithms of strapdown inertial navigation."""

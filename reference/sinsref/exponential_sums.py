@@ -1,0 +1,272 @@
+r"""Whole blocks of epochs at once: time as a symbol first, then products of ball matrices.
+
+The solutions of this package are sums of terms :math:`c\,t^p e^{z t}` with complex constants.
+`ExponentialSumArithmetic` evaluates a formula once, with time as a symbol, and obtains those constants as
+balls. `Table` then computes the sum at equidistant epochs :math:`t_k = k h`: with :math:`k = k_c + k_f`
+angle addition splits every term into a factor of the coarse epoch and one of the fine epoch, so that a
+block of epochs is the product of two small matrices. Transcendental functions are needed for the coarse and
+the fine epochs only, the products run compiled, and every digit stays enclosed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
+from math import comb
+from typing import Any, TypeAlias
+
+from flint import acb, arb, arb_mat
+
+from sinsref.arithmetic import BallArithmetic, Number
+
+#: Integer multiples of the rates met so far, trailing zeros dropped.
+Key: TypeAlias = tuple[int, ...]
+
+#: Fine epochs of a block; the coarse ones are as many as the block needs.
+FINE = 256
+
+
+class NotAnExponentialSumError(ValueError):
+    """A formula needs more than sums, products and exponentials of arguments linear in time."""
+
+
+class ExponentialSum:
+    """A sum of terms ``coefficient * t**power * exp(rate * t)``; the rate is a combination of registered rates.
+
+    Parameters
+    ----------
+    terms : dict
+        ``{(power, key): acb}``.
+    """
+
+    __slots__ = ("terms",)
+
+    def __init__(self, terms: dict[tuple[int, Key], acb]) -> None:
+        self.terms = {index: c for index, c in terms.items() if not c.is_zero()}
+
+    @staticmethod
+    def of(value: Number) -> ExponentialSum:
+        """Return a constant as a sum."""
+        if isinstance(value, ExponentialSum):
+            return value
+        return ExponentialSum({(0, ()): acb(value)})
+
+    def __neg__(self) -> ExponentialSum:
+        return ExponentialSum({index: -c for index, c in self.terms.items()})
+
+    def __add__(self, other: Number) -> ExponentialSum:
+        terms = dict(self.terms)
+        for index, c in ExponentialSum.of(other).terms.items():
+            terms[index] = terms[index] + c if index in terms else c
+        return ExponentialSum(terms)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Number) -> ExponentialSum:
+        return self + (-ExponentialSum.of(other))
+
+    def __rsub__(self, other: Number) -> ExponentialSum:
+        return (-self) + other
+
+    def __mul__(self, other: Number) -> ExponentialSum:
+        if not isinstance(other, ExponentialSum):
+            return ExponentialSum({index: c * other for index, c in self.terms.items()})
+        terms: dict[tuple[int, Key], acb] = {}
+        for (p, key), c in self.terms.items():
+            for (q, other_key), d in other.terms.items():
+                index = (p + q, _sum_of_keys(key, other_key))
+                terms[index] = terms[index] + c * d if index in terms else c * d
+        return ExponentialSum(terms)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Number) -> ExponentialSum:
+        divisor = _constant(other) if isinstance(other, ExponentialSum) else other
+        return ExponentialSum({index: c / divisor for index, c in self.terms.items()})
+
+    def __rtruediv__(self, other: Number) -> ExponentialSum:
+        return ExponentialSum.of(other) / self
+
+
+def _sum_of_keys(a: Key, b: Key) -> Key:
+    total = [x + y for x, y in zip_longest(a, b, fillvalue=0)]
+    while total and not total[-1]:
+        total.pop()
+    return tuple(total)
+
+
+def _constant(x: Number) -> arb:
+    if not isinstance(x, ExponentialSum):
+        return x
+    if set(x.terms) - {(0, ())}:
+        raise NotAnExponentialSumError("the operation needs a number that does not depend on time")
+    return x.terms.get((0, ()), acb(0)).real
+
+
+def _same_up_to_sign(a: acb, b: acb) -> int:
+    """Return the sign that makes two rates the same ball part by part, else 0.
+
+    Two balls stand for the same number only if they were computed alike: midpoints and radii agree.
+    """
+    pairs = ((a.real, b.real), (a.imag, b.imag))
+    for sign in (1, -1):
+        if all(x.mid() == y.mid() * sign and x.rad() == y.rad() for x, y in pairs):
+            return sign
+    return 0
+
+
+class ExponentialSumArithmetic(BallArithmetic):
+    """Arithmetic in which time is a symbol; numbers are balls or exponential sums.
+
+    Elementary functions take arguments that are linear in time, divisions constants: what the closed forms
+    of this package need.
+    """
+
+    def __init__(self, bits: int = 192) -> None:
+        super().__init__(bits)
+        #: Rates of the exponentials met so far, each purely real or purely imaginary.
+        self.rates: list[acb] = []
+
+    @property
+    def time(self) -> ExponentialSum:
+        """The symbol t."""
+        return ExponentialSum({(1, ()): acb(1)})
+
+    def _exponential(self, x: Number, unit: acb) -> ExponentialSum:
+        """Return exp(unit * x) for x linear in time."""
+        terms = ExponentialSum.of(x).terms
+        if set(terms) - {(0, ()), (1, ())}:
+            raise NotAnExponentialSumError("the argument of an elementary function must be linear in time")
+        amplitude = (unit * terms.get((0, ()), acb(0)).real).exp()
+        rate = unit * terms.get((1, ()), acb(0)).real
+        if rate.is_zero():
+            return ExponentialSum({(0, ()): amplitude})
+        for position, known in enumerate(self.rates):
+            if sign := _same_up_to_sign(known, rate):
+                return ExponentialSum({(0, (0,) * position + (sign,)): amplitude})
+        self.rates.append(rate)
+        return ExponentialSum({(0, (0,) * (len(self.rates) - 1) + (1,)): amplitude})
+
+    def sqrt(self, x: Number) -> Number:
+        return _constant(x).sqrt()
+
+    def exp(self, x: Number) -> Number:
+        return self._exponential(x, acb(1))
+
+    def sin_cos(self, x: Number) -> tuple[Number, Number]:
+        forth, back = self._exponential(x, acb(0, 1)), self._exponential(x, acb(0, -1))
+        return (forth - back) * acb(0, -1) / 2, (forth + back) / 2
+
+    def sinh_cosh(self, x: Number) -> tuple[Number, Number]:
+        forth, back = self._exponential(x, acb(1)), self._exponential(x, acb(-1))
+        return (forth - back) / 2, (forth + back) / 2
+
+    def sign(self, x: Number) -> int:
+        return super().sign(_constant(x))
+
+    def magnitude(self, x: Number) -> float:
+        return super().magnitude(_constant(x))
+
+    def widen(self, x: Number, bound: Number) -> Number:
+        return x + arb(0, _constant(bound).abs_upper())
+
+
+class Table:
+    """Values of real exponential sums at equidistant epochs.
+
+    Parameters
+    ----------
+    arithmetic : ExponentialSumArithmetic
+        Entered; holds the rates.
+    columns : sequence of Number
+        The sums, real for real time.
+    interval : arb
+        Distance h of the epochs, s.
+    """
+
+    def __init__(self, arithmetic: ExponentialSumArithmetic, columns: Sequence[Number], interval: arb) -> None:
+        self._arithmetic = arithmetic
+        self._interval = interval
+        # A real sum holds each oscillating term with its conjugate: one of the two is kept, doubled, and
+        # the real part taken.
+        self._columns = [self._half(ExponentialSum.of(column)) for column in columns]
+        self._keys = sorted({key for column in self._columns for key in column})
+        powers = {key: max(len(column.get(key, ())) for column in self._columns) for key in self._keys}
+        fine = self._exponentials(range(FINE))
+        self._fine: dict[Key, list[list[arb]]] = {}
+        for key in self._keys:
+            rows: list[list[arb]] = []
+            for power in range(powers[key]):
+                values = [z * (interval * k) ** power if power else z for k, z in enumerate(fine[key])]
+                rows.append([z.real for z in values])
+                if key:
+                    rows.append([-z.imag for z in values])
+            self._fine[key] = rows
+
+    def _half(self, column: ExponentialSum) -> dict[Key, list[acb]]:
+        """Return, key by key, the coefficients by power, one of each conjugate pair of keys."""
+        half: dict[Key, list[acb]] = {}
+        for (power, key), coefficient in column.terms.items():
+            imaginary = [n if self._arithmetic.rates[j].real.is_zero() else 0 for j, n in enumerate(key)]
+            leading = next((n for n in imaginary if n), 0)
+            if leading < 0:
+                continue
+            coefficients = half.setdefault(key, [])
+            coefficients.extend([acb(0)] * (power + 1 - len(coefficients)))
+            coefficients[power] = coefficient * (2 if leading else 1)
+        return half
+
+    def _exponentials(self, indices: Iterable[int]) -> dict[Key, list[acb]]:
+        times = [self._interval * k for k in indices]
+        rates = {
+            key: sum((self._arithmetic.rates[j] * n for j, n in enumerate(key) if n), acb(0)) for key in self._keys
+        }
+        return {key: [(rate * t).exp() for t in times] for key, rate in rates.items()}
+
+    def balls(self, first: int, count: int) -> list[list[arb]]:
+        """Return the columns at the epochs ``first .. first + count - 1``.
+
+        Parameters
+        ----------
+        first, count : int
+            Index of the first epoch, number of epochs.
+
+        Returns
+        -------
+        list of list of arb
+            One list a column.
+        """
+        starts = range(first, first + count, FINE)
+        exponentials = self._exponentials(starts)
+        times = [self._interval * k for k in starts]
+        tables = []
+        for column in self._columns:
+            inner: list[list[arb]] = [[] for _ in starts]
+            fine: list[list[arb]] = []
+            for key, coefficients in column.items():
+                rows = self._fine[key][: len(coefficients) * (2 if key else 1)]
+                fine.extend(rows)
+                for place, (t, z) in enumerate(zip(times, exponentials[key], strict=True)):
+                    for factor in _shifted(coefficients, t):
+                        value: Any = factor * z
+                        inner[place].append(value.real)
+                        if key:
+                            inner[place].append(value.imag)
+            if not fine:
+                tables.append([arb(0)] * count)
+                continue
+            tables.append((arb_mat(inner) * arb_mat(fine)).entries()[:count])
+        return tables
+
+
+def _shifted(coefficients: list[acb], t: arb) -> list[acb]:
+    """Return the coefficients of the polynomial in s = time - t."""
+    if len(coefficients) == 1:
+        return coefficients
+    return [
+        sum(
+            (coefficients[p] * (comb(p, i) * t ** (p - i)) for p in range(i + 1, len(coefficients))),
+            coefficients[i],
+        )
+        for i in range(len(coefficients))
+    ]

@@ -1,0 +1,225 @@
+"""From a ball to the pair of binary64 numbers that a dataset stores.
+
+The pair of a value v is ``(x, x_lo)``: x the binary64 nearest to v, x_lo the binary64 nearest to v - x.
+Whether the ball decides both is itself decided in exact comparisons; what a ball cannot decide is computed
+again, in more bits and with exact zeros known (`sinsref.pi_monomials`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinsref.arithmetic import Arithmetic, BallArithmetic, Number
+from sinsref.pi_monomials import PiMonomial, PiMonomialArithmetic
+
+#: Where v - x is proved smaller than this, relative to v, x_lo is 0: the pair still holds v within 1e-48.
+NEGLIGIBLE = 2.0**-160
+#: Working precisions, in bits, tried in turn for a value that block evaluation left undecided.
+ESCALATION = (256, 512, 1024, 2048, 4096)
+#: A value that 4096 bits cannot tell from zero and that is proved below this is stored as 0 and counted.
+TINY = 1e-300
+
+
+class UndecidedError(ArithmeticError):
+    """No working precision decided which binary64 is nearest to a value."""
+
+
+@dataclass
+class RoundingTally:
+    """How the values of a table were decided.
+
+    Attributes
+    ----------
+    values : int
+        All values.
+    raised : int
+        Values for which the working precision had to be raised.
+    exact_zeros : int
+        Values known to be exactly zero, by exact arithmetic and not by a ball.
+    bounded_zeros : int
+        Values proved smaller than 1e-300 but not known to be zero; stored as 0.
+    """
+
+    values: int = 0
+    raised: int = 0
+    exact_zeros: int = 0
+    bounded_zeros: int = 0
+
+
+def round_balls(
+    balls: Sequence[Number],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Round balls to pairs of binary64.
+
+    Parameters
+    ----------
+    balls : sequence of arb
+        n values; the working precision must be that at which they were computed.
+
+    Returns
+    -------
+    high, low : ndarray, shape (n,)
+        Nearest binary64, and nearest binary64 to the rest.
+    decided : ndarray of bool, shape (n,)
+        Whether the ball proves both.
+    """
+    count = len(balls)
+    # Nearest to the midpoint; the checks below then hold for the whole ball.
+    heads = [float(ball) for ball in balls]
+    rests = [ball - head for ball, head in zip(balls, heads, strict=True)]
+    high = np.array(heads)
+    low = np.fromiter((float(rest) for rest in rests), np.float64, count)
+    left = np.fromiter(
+        (float((rest - tail).abs_upper()) for rest, tail in zip(rests, low.tolist(), strict=True)),
+        np.float64,
+        count,
+    )
+    # v lies within |low| + left of high, and within left of high + low. Sums of magnitudes and halved gaps
+    # are rounded up and down by one part in 2^50, far more than their few roundings.
+    distance = (np.abs(low) + left) * (1 + 2.0**-50)
+    head_decided = distance < _half_gap(high)
+    low_decided = (left * (1 + 2.0**-50) < _half_gap(low)) | (left == 0)
+    negligible = head_decided & (distance < NEGLIGIBLE * np.abs(high))
+    low = np.where(negligible, 0.0, low)
+    exact = (low == 0) & (left == 0)
+    return high, low, exact | (head_decided & (low_decided | negligible))
+
+
+def _half_gap(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return half the distance to the nearer neighbouring binary64 (the one towards zero, at a power of two)."""
+    magnitude = np.abs(x)
+    return (magnitude - np.nextafter(magnitude, 0.0)) * (0.5 * (1 - 2.0**-50))
+
+
+def round_value(formula: Callable[[Arithmetic], Number], tally: RoundingTally | None = None) -> tuple[float, float]:
+    """Round one value to its pair, raising the working precision until it is decided.
+
+    Parameters
+    ----------
+    formula : callable
+        Takes an arithmetic and returns the value in it.
+    tally : RoundingTally, optional
+        Counts what happened.
+
+    Returns
+    -------
+    high, low : float
+
+    Raises
+    ------
+    UndecidedError
+        If 4096 bits do not decide the value and do not prove it below 1e-300.
+    """
+    return _round_some(lambda arithmetic: [formula(arithmetic)], [0], tally or RoundingTally())[0]
+
+
+def nearest_float(formula: Callable[[Arithmetic], Number]) -> float:
+    """Return the binary64 nearest to the value of a formula (the first of `round_value`)."""
+    return round_value(formula)[0]
+
+
+def _round_some(
+    formula: Callable[[Arithmetic], Sequence[Number]], wanted: Sequence[int], tally: RoundingTally
+) -> dict[int, tuple[float, float]]:
+    """Return the pairs of some values of a vector formula, by place."""
+    pairs: dict[int, tuple[float, float]] = {}
+    values: Sequence[Number] = ()
+    for bits in ESCALATION:
+        with PiMonomialArithmetic(bits) as arithmetic:
+            values = formula(arithmetic)
+            for place in wanted:
+                if place not in pairs and (pair := _pair(values[place], tally)):
+                    pairs[place] = pair
+        if len(pairs) == len(wanted):
+            return pairs
+    for place in set(wanted) - set(pairs):
+        if float(values[place].abs_upper()) >= TINY:
+            raise UndecidedError(f"{bits} bits do not decide the binary64 nearest to {values[place].str(20)}")
+        tally.bounded_zeros += 1
+        pairs[place] = 0.0, 0.0
+    return pairs
+
+
+def _pair(value: Number, tally: RoundingTally) -> tuple[float, float] | None:
+    """Return the pair of a value, None where the ball does not decide it."""
+    if isinstance(value, PiMonomial):
+        if value.power == 0:
+            tally.exact_zeros += not value.coefficient
+            nearest = float(value.coefficient)  # rationals round exactly, ties included
+            return nearest, float(value.coefficient - Fraction(nearest))
+        value = value.ball()
+    high, low, decided = round_balls([value])
+    return (float(high[0]), float(low[0])) if decided[0] else None
+
+
+def pairs_at(
+    formula: Callable[[Arithmetic, int], Sequence[Number]],
+    indices: Sequence[int],
+    bits: int,
+    tally: RoundingTally,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Certify a vector formula index by index: first in plain balls, then value by value where those do not decide.
+
+    Parameters
+    ----------
+    formula : callable
+        ``formula(arithmetic, index)`` returns the w values of a row.
+    indices : sequence of int
+        The n rows.
+    bits : int
+        Working precision of the first attempt.
+    tally : RoundingTally
+        Counts what happened.
+
+    Returns
+    -------
+    high, low : ndarray, shape (n, w)
+    """
+    with BallArithmetic(bits) as balls:
+        rows = [formula(balls, index) for index in indices]
+        width = len(rows[0])
+        high, low, decided = round_balls([value for row in rows for value in row])
+    settle(formula, indices, high.reshape(-1, width), low.reshape(-1, width), decided.reshape(-1, width), tally)
+    return high.reshape(-1, width), low.reshape(-1, width)
+
+
+def settle(
+    formula: Callable[[Arithmetic, int], Sequence[Number]],
+    indices: Sequence[int],
+    high: NDArray[np.float64],
+    low: NDArray[np.float64],
+    decided: NDArray[np.bool_],
+    tally: RoundingTally,
+) -> None:
+    """Compute again, in place, the values of a table that are not decided yet.
+
+    Parameters
+    ----------
+    formula : callable
+        ``formula(arithmetic, index)`` returns the w values of a row.
+    indices : sequence of int
+        The n row indices.
+    high, low, decided : ndarray, shape (n, w)
+        As `round_balls` returns them; changed in place.
+    tally : RoundingTally
+        Counts what happened.
+    """
+    tally.values += high.size
+    tally.raised += int((~decided).sum())
+    for row in np.flatnonzero(~decided.all(axis=1)).tolist():
+        places = np.flatnonzero(~decided[row]).tolist()
+        at_row = partial(_swapped, formula, indices[row])
+        for place, pair in _round_some(at_row, places, tally).items():
+            high[row, place], low[row, place] = pair
+
+
+def _swapped(
+    formula: Callable[[Arithmetic, int], Sequence[Number]], index: int, arithmetic: Arithmetic
+) -> Sequence[Number]:
+    return formula(arithmetic, index)
