@@ -16,35 +16,55 @@ from sinsref.arithmetic import MpArithmetic
 from sinsref.earth import SEMI_MAJOR_AXIS
 from sinsref.equator import EquatorModel
 from sinsref.exact import ExactNumber, ExpressionError
+from sinsref.pi_monomials import PiMonomial, PiMonomialArithmetic
 from sinsref.precession import DualPrecession
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,63}")
 _MAXIMUM_SAMPLES = 10**9
 _ZERO = ExactNumber(0)
-#: Natural logarithm of the largest growth that a binary64 holds with room to spare.
-_MAXIMUM_GROWTH = 600.0
+#: Magnitudes of numbers other than 0. The few that meet in a formula then have a product far inside the range of
+#: binary64, rests included.
+_SMALLEST, _LARGEST = 1e-30, 1e30
+#: Natural logarithm of the largest growth: times the largest error it is far inside the range of binary64.
+_MAXIMUM_GROWTH = 500.0
 
 
 class CaseError(ValueError):
     """A case is not admissible; the message says which field, which value, and what would do."""
 
     def __init__(self, field: str, value: object, admissible: str) -> None:
-        super().__init__(f"{field} = {_short(value)}: {admissible}")
+        super().__init__(f"{field if _is_plain(field) else _short(field)} = {_short(value)}: {admissible}")
         self.field = field
 
 
+def _is_plain(text: str) -> bool:
+    return len(text) <= 60 and text.isprintable()
+
+
 def _short(value: object) -> str:
-    text = value.text if isinstance(value, ExactNumber) else repr(value)
+    if isinstance(value, int) and abs(value) > _LARGEST:  # Python refuses to print very long integers
+        return f"(an integer of {value.bit_length()} bits)"
+    text = value.text if isinstance(value, ExactNumber) and value.text.isprintable() else repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _number(field: str, value: Any) -> ExactNumber:
     if isinstance(value, bool) or not isinstance(value, int | float | str | ExactNumber):
         raise CaseError(field, value, 'must be a number, or a string such as "pi/18"')
+    out_of_range = CaseError(field, value, f"must be 0, or {_SMALLEST:g} to {_LARGEST:g} in magnitude")
+    if isinstance(value, int) and abs(value) > _LARGEST:
+        raise out_of_range
     try:
-        return ExactNumber(value)
+        number = ExactNumber(value)
     except ExpressionError as error:
         raise CaseError(field, value, str(error)) from None
+    # The arithmetic of exact zeros tells 0 from what binary64 cannot.
+    with PiMonomialArithmetic(256) as arithmetic:
+        exact = number.evaluate(arithmetic)
+        zero = isinstance(exact, PiMonomial) and not exact.coefficient
+        if not (zero or _SMALLEST <= arithmetic.magnitude(exact) * (1 + 1e-9) <= _LARGEST * (1 + 3e-9)):
+            raise out_of_range
+    return number
 
 
 def _vector(field: str, value: Any, length: int) -> tuple[ExactNumber, ...]:
@@ -99,7 +119,7 @@ class _Case:
         _positive("duration", self.duration, "s")
         ratio = float(self.duration) / float(self.interval)
         if not 1 <= round(ratio) <= _MAXIMUM_SAMPLES or abs(ratio - round(ratio)) > 1e-9 * ratio:
-            whole = max(1, round(ratio)) * float(self.interval)
+            whole = min(max(1, round(ratio)), _MAXIMUM_SAMPLES) * float(self.interval)
             raise CaseError(
                 "duration",
                 self.duration,

@@ -81,7 +81,8 @@ def blocks(
         else:
             with BallArithmetic(bits):
                 rounded = [round_balls(column) for column in table.balls(start, len(index))]
-            high, low = (np.column_stack([part[i] for part in rounded]) for i in (0, 1))
+            high = np.column_stack([part[0] for part in rounded])
+            low = np.column_stack([part[1] for part in rounded])
             decided = np.column_stack([part[2] for part in rounded])
             settle(at, index.tolist(), high, low, decided, tally)
         yield Block(index, high[:, 0], low[:, 0], high[:, 1:], low[:, 1:])

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,9 +113,10 @@ def sample(
     samples = _whole(case.duration, interval)
     every = 1 if checkpoint_interval is None else _whole(checkpoint_interval, interval)
     count = _whole(case.duration, _multiple(interval, Fraction(every)))
-    tally = RoundingTally()
-    _, high, low = _collect(increment_blocks(case, tally, interval))
-    time, truth, truth_lo = _collect(precession_blocks(case, tally, _multiple(interval, Fraction(every))))
+    # Increments do not depend on initial values: cases that differ in these alone share them.
+    still = replace(case, name="increments", initial_attitude=None, initial_velocity=("0", "0", "0"))
+    high, low = _increments(still, interval)
+    time, truth, truth_lo = _collect(precession_blocks(case, RoundingTally(), _multiple(interval, Fraction(every))))
     return SampledMotion(
         case.name,
         float(interval),
@@ -132,6 +134,12 @@ def sample(
         truth[:, 7:].copy(),
         truth_lo[:, 7:].copy(),
     )
+
+
+@lru_cache(maxsize=16)
+def _increments(case: DualPrecessionCase, interval: ExactNumber) -> tuple[_Array, _Array]:
+    _, high, low = _collect(increment_blocks(case, RoundingTally(), interval))
+    return high, low
 
 
 def _multiple(number: ExactNumber, factor: Fraction) -> ExactNumber:

@@ -188,7 +188,7 @@ DATASETS: Mapping[str, DatasetSchema] = {
             "equator_errors",
             "Errors of a strapdown INS along the equator: exact solutions of the linear error equations",
             "1.0.0",
-            "Loginov M. Yu., Tkachenko M. G., Chelnokov Yu. N., Izv. Saratov Univ. Math. Mech. Inform. 13 (2013) 1, 69-84",
+            "Loginov M. Yu., Tkachenko M. G., Chelnokov Yu. N., Izv. Saratov Univ. Math. Mech. Inform. 13 (2013)",
             "10.18500/1816-9791-2013-13-1-1-69-84",
             {
                 "cases": (_CASE, *_EQUATOR_CASES),

@@ -7,6 +7,7 @@ and any library reproduce it from the data.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -154,10 +155,10 @@ def replacing(target: Path) -> Iterator[Path]:
             try:
                 partial.rename(target)
                 break
-            except OSError:
+            except OSError as error:
                 # The target exists: it steps aside, and the place is tried again. Another writer may be
                 # faster each time.
-                if not target.is_dir():
+                if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                     raise
                 try:
                     target.rename(old)

@@ -115,7 +115,8 @@ def cases_from_toml(dataset: str, path: Path) -> tuple[Case, ...]:
         given = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise CaseFileError(f"{path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
+        # Besides TOMLDecodeError and UnicodeDecodeError: integers too long to read, lists nested too deeply.
         raise CaseFileError(f"{path}: not TOML: {error}") from None
     unknown = sorted(set(given) - {"case"})
     entries = given.get("case")
@@ -138,8 +139,8 @@ def checked_cases(dataset: str, entries: Iterable[Any], where: str) -> tuple[Cas
         place = f"{where}: case {number}"
         if not isinstance(entry, dict):
             raise CaseFileError(f"{place}: must be a table")
-        if isinstance(entry.get("name"), str):
-            place += f" ({entry['name'][:64]})"
+        if isinstance(name := entry.get("name"), str):
+            place += f" ({name[:64] if name.isprintable() else repr(name[:64])})"
         try:
             case = CASE_CLASSES[dataset].from_mapping(entry)
         except CaseError as error:

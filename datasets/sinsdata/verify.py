@@ -10,15 +10,15 @@ from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-from sinsref.arithmetic import MpArithmetic
-from sinsref.precession import increments
-from sinsref.precession import solution as precession_solution
 
 from sinsdata.cases import CASE_CLASSES, Case, EquatorCase
 from sinsdata.schema import DATASETS, FORMAT, arrow_schema
 from sinsdata.storage import content_hash, file_hash
 from sinsdata.tiers import CaseFileError, checked_cases
 from sinsdata.truth import equator_state
+from sinsref.arithmetic import MpArithmetic
+from sinsref.precession import increments
+from sinsref.precession import solution as precession_solution
 
 #: Relative error that a pair may have at most.
 PAIR_TOLERANCE = 1e-30
@@ -81,12 +81,12 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         manifest = json.loads(path.read_text(encoding="utf-8"))
         about = manifest["format"], manifest["dataset"], manifest["version"]
         tables = {name: entry["file"] for name, entry in manifest["tables"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise DatasetError(f"{path}: not a manifest: {type(error).__name__}: {error}") from None
     layout, dataset, version = about
     if layout != FORMAT:
         raise DatasetError(f"{path}: format {layout!r}; this version reads format {FORMAT}")
-    if dataset not in DATASETS:
+    if not isinstance(dataset, str) or dataset not in DATASETS:
         raise DatasetError(f"{path}: unknown dataset {dataset!r}; admissible: {', '.join(DATASETS)}")
     if version != DATASETS[dataset].version:
         raise DatasetError(

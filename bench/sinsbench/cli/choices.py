@@ -1,0 +1,62 @@
+"""Which cases a score is taken on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from sinsbench.cli.commands import UsageError
+from sinsbench.subjects.registry import BUILT_IN
+from sinsdata.cases import CASE_CLASSES, Case
+from sinsdata.tiers import paper_cases
+from sinsdata.verify import find_datasets, load_cases
+
+
+def dataset_of_subjects(subjects: Sequence[str] | None) -> list[str]:
+    """Return the datasets that built-in subjects belong to; all of them without a subject.
+
+    Raises
+    ------
+    UsageError
+        If a subject is not built in, so that its dataset must be said, or if they belong to several.
+    """
+    if not subjects:
+        return list(CASE_CLASSES)
+    foreign = [name for name in subjects if name not in BUILT_IN]
+    if foreign:
+        raise UsageError(
+            f"say what to score {foreign[0]} on: --on dual_precession for an integrator, --on equator_errors for a solver"
+        )
+    found = {str(BUILT_IN[name].dataset) for name in subjects}
+    if len(found) > 1:
+        raise UsageError(f"the subjects belong to several datasets ({', '.join(sorted(found))}): score them one by one")
+    return sorted(found)
+
+
+def cases_to_score(dataset: str, names: Sequence[str] | None) -> tuple[str, tuple[Case, ...]]:
+    """Return dataset and cases for a dataset name or a folder.
+
+    Raises
+    ------
+    UsageError
+        For an unknown dataset or case, or a folder with several datasets.
+    sinsdata.verify.DatasetError
+        For a folder that is not a dataset of this version.
+    """
+    if dataset in CASE_CLASSES:
+        name, cases = dataset, paper_cases(dataset)
+    else:
+        folder = Path(dataset)
+        if not folder.exists():
+            raise UsageError(f"unknown dataset {dataset!r}; admissible: {', '.join(CASE_CLASSES)}, or a dataset's folder")
+        found = find_datasets(folder)
+        if len(found) > 1:
+            raise UsageError(f"{folder} holds several datasets; admissible: {', '.join(map(str, found))}")
+        name, cases = load_cases(found[0])
+    if not names:
+        return name, cases
+    known = {case.name: case for case in cases}
+    for wanted in names:
+        if wanted not in known:
+            raise UsageError(f"unknown case {wanted!r} of {dataset}; admissible: {', '.join(known)}")
+    return name, tuple(known[wanted] for wanted in dict.fromkeys(names))

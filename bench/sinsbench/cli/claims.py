@@ -1,0 +1,95 @@
+"""Claims and the stories behind them, as tables for people."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from sinsbench.claims.evaluate import evaluate
+from sinsbench.claims.model import PAPERS, VERDICTS, load_claims
+from sinsbench.claims.stories import stories
+from sinsbench.cli.commands import UsageError
+from sinsbench.cli.output import Progress
+
+
+def _known(papers: Sequence[str] | None) -> Sequence[str]:
+    for paper in papers or ():
+        if paper not in PAPERS:
+            raise UsageError(f"unknown paper {paper!r}; admissible: {', '.join(PAPERS)}")
+    return papers or PAPERS
+
+
+def claim_rows(papers: Sequence[str] | None, progress: Progress) -> list[dict[str, Any]]:
+    """Recompute the claims of papers, of all of them without a name.
+
+    Raises
+    ------
+    UsageError
+        For an unknown paper.
+    """
+    rows = []
+    wanted = _known(papers)
+    for number, paper in enumerate(wanted):
+        progress(number, len(wanted), f"claims of {paper}")
+        rows += [result.to_row() for result in evaluate(paper)]
+    return rows
+
+
+def claim_table(rows: Sequence[Mapping[str, Any]], verdict: str | None) -> list[dict[str, Any]]:
+    """Return the claims, of one verdict or of all, with the columns people read.
+
+    Raises
+    ------
+    UsageError
+        For an unknown verdict.
+    """
+    if verdict not in (None, *VERDICTS):
+        raise UsageError(f"unknown verdict {verdict!r}; admissible: {', '.join(VERDICTS)}")
+    return [
+        {
+            "claim": f"{row['paper']} {row['id']}",
+            "quantity": row["quantity"],
+            "printed": row["printed"],
+            "computed": row["computed"] if isinstance(row["computed"], str) else f"{row['computed']:.6g}",
+            "unit": row["unit"],
+            "verdict": row["verdict"],
+            "note": row["note"],
+        }
+        for row in rows
+        if verdict in (None, row["verdict"])
+    ]
+
+
+def verdict_counts(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return how many claims of each paper have which verdict."""
+    counts = Counter((row["paper"], row["verdict"]) for row in rows)
+    papers = dict.fromkeys(row["paper"] for row in rows)
+    return [
+        {"paper": paper, **{verdict: counts[paper, verdict] for verdict in VERDICTS}, "claims": sum(
+            counts[paper, verdict] for verdict in VERDICTS
+        )}
+        for paper in papers
+    ]
+
+
+def story_tables(papers: Sequence[str] | None, progress: Progress) -> list[tuple[str, list[dict[str, Any]], str]]:
+    """Return title, table and sentence of every story of the papers."""
+    told = []
+    wanted = _known(papers)
+    for number, paper in enumerate(wanted):
+        progress(number, len(wanted), f"stories of {paper}")
+        told += [
+            (f"{paper}: {story.name.replace('_', ' ')}", list(story.rows), story.sentence) for story in stories(paper)
+        ]
+    return told
+
+
+def changed_verdicts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return a line for each claim whose verdict is not the one on record."""
+    recorded = {(claim.paper, claim.id): claim.verdict for paper in PAPERS for claim in load_claims(paper)}
+    return [
+        f"changed: {row['paper']} {row['id']} is {row['verdict']}, on record as {recorded[row['paper'], row['id']]}"
+        for row in rows
+        if row["verdict"] != recorded[row["paper"], row["id"]]
+    ]

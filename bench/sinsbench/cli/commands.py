@@ -1,0 +1,216 @@
+"""The commands. What they need is imported when they run: ``--help`` answers at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from sinsdata.cases import Case
+
+app = typer.Typer(
+    name="sinsbench",
+    help="Ground truth and honest scores for the numerical algorithms of strapdown inertial navigation.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the rows as JSON too.")]
+
+
+class UsageError(ValueError):
+    """The command line asks for something that does not go together."""
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from sinsbench import __version__
+
+        typer.echo(f"sinsbench {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command("list")
+def list_(
+    what: Annotated[str, typer.Argument(help="datasets, cases, subjects, papers, or all.")] = "all",
+    json: JsonFile = None,
+) -> None:
+    """List datasets, cases, subjects and papers."""
+    from sinsbench.cli.inventory import INVENTORIES
+    from sinsbench.cli.output import Output
+
+    if what != "all" and what not in INVENTORIES:
+        raise UsageError(f"cannot list {what!r}; admissible: {', '.join(INVENTORIES)}, all")
+    wanted = list(INVENTORIES) if what == "all" else [what]
+    output, everything = Output(), {}
+    for name in wanted:
+        everything[name] = INVENTORIES[name]()
+        output.table(everything[name], title=name)
+    output.json(json, everything if what == "all" else everything[what])
+
+
+@app.command()
+def generate(
+    dataset: Annotated[str, typer.Argument(help="equator_errors or dual_precession.")],
+    tier: Annotated[str, typer.Option(help="Cases to generate: paper.")] = "paper",
+    cases: Annotated[Path | None, typer.Option(metavar="FILE", help="Your own cases (TOML) in place of a tier.")] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to write DATASET/TIER to.")] = Path("sinsbench-data"),
+    json: JsonFile = None,
+) -> None:
+    """Generate a certified dataset: Parquet tables and a manifest with hashes."""
+    from sinsbench.cli.output import Output
+    from sinsdata.generate import generate as generate_dataset
+    from sinsdata.tiers import cases_from_toml, known_dataset, paper_cases
+
+    known_dataset(dataset)
+    if cases is not None and tier not in ("paper", "sweep"):
+        raise UsageError("--cases and --tier exclude one another: your own cases are the tier sweep")
+    if cases is None and tier != "paper":
+        raise UsageError(f"unknown tier {tier!r}; admissible: paper, or your own cases with --cases FILE")
+    chosen = paper_cases(dataset) if cases is None else cases_from_toml(dataset, cases)
+    output = Output()
+    with output.progress(f"generating {dataset}") as progress:
+        made = generate_dataset(dataset, "paper" if cases is None else "sweep", chosen, out, progress)
+    rows = [{"table": name, **entry} for name, entry in made.manifest["tables"].items()]
+    output.table(rows, title=f"{made.folder}", columns=("table", "rows", "file", "content_sha256"))
+    known = made.manifest["certification"]
+    output.line(
+        f"{known['values']:,} values proved: nearest binary64 and rest, pair within 1e-30; "
+        f"{known['exact_zeros']:,} exact zeros, {known['bounded_zeros']:,} values bounded below 1e-300."
+    )
+    output.json(json, rows)
+
+
+@app.command()
+def verify(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A dataset, or a folder of datasets.")],
+    rows: Annotated[int, typer.Option(min=0, help="Rows of each case to compute again by mpmath.")] = 3,
+    json: JsonFile = None,
+) -> None:
+    """Check hashes, schema and rows of a dataset, and compute some of its values again."""
+    from dataclasses import asdict
+
+    from sinsbench.cli.output import Output
+    from sinsdata.verify import find_datasets
+    from sinsdata.verify import verify as verify_dataset
+
+    output = Output()
+    checks = []
+    with output.progress("verifying") as progress:
+        folders = find_datasets(folder)
+        for number, found in enumerate(folders):
+            progress(number, len(folders), str(found))
+            checks += [asdict(check) for check in verify_dataset(found, rows)]
+    for check in checks:
+        check["detail"] = "" if check["holds"] else check["detail"]
+    failed = [check for check in checks if not check["holds"]]
+    if failed:
+        output.table(failed, title="does not hold", columns=("where", "what", "detail"))
+    for found in folders:
+        own = [check for check in checks if check["where"].startswith(f"{found}:")]
+        bad = sum(not check["holds"] for check in own)
+        output.line(f"{found}: {len(own) - bad} checks hold, {bad} do not")
+    output.json(json, checks)
+    raise typer.Exit(1 if failed else 0)
+
+
+@app.command()
+def score(
+    subjects: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SUBJECT...", help="Built-in name, package.module:name or path/file.py:name."),
+    ] = None,
+    on: Annotated[str | None, typer.Option(metavar="DATASET", help="Name or folder of a dataset.")] = None,
+    case: Annotated[list[str] | None, typer.Option(metavar="CASE", help="Only this case; may be repeated.")] = None,
+    ladder: Annotated[bool, typer.Option(help="Show every sampling interval, not only the case's own.")] = False,
+    json: JsonFile = None,
+) -> None:
+    """Score subjects, built-in or your own, against certified truth. Without a subject: every built-in one."""
+    from sinsbench.cli.choices import cases_to_score, dataset_of_subjects
+    from sinsbench.cli.output import Output
+    from sinsbench.cli.scores import score_tables
+    from sinsbench.scoring.score import loaded_subjects
+    from sinsbench.scoring.score import score as score_subjects
+
+    output = Output()
+    rows: list[dict[str, Any]] = []
+    scored: list[Case] = []
+    for dataset in [on] if on else dataset_of_subjects(subjects):
+        name, cases = cases_to_score(dataset, case)
+        scored += cases
+        loaded = loaded_subjects(subjects or None, name)
+        with output.progress(f"scoring on {name}") as progress:
+            rows += score_subjects(loaded, cases, progress)
+    for title, table in score_tables(rows, scored, whole_ladder=ladder):
+        output.table(table, title=title)
+    output.json(json, rows)
+    broken = [row for row in rows if row["status"] not in ("ok", "not applicable")]
+    raise typer.Exit(1 if broken else 0)
+
+
+@app.command()
+def claims(
+    papers: Annotated[list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989.")] = None,
+    verdict: Annotated[str | None, typer.Option(help="Only claims with this verdict.")] = None,
+    stories: Annotated[bool, typer.Option(help="Tell also what lies behind the cells that differ.")] = True,
+    json: JsonFile = None,
+) -> None:
+    """Recompute every number that the papers print, each with a verdict."""
+    from sinsbench.cli.claims import changed_verdicts, claim_rows, claim_table, story_tables, verdict_counts
+    from sinsbench.cli.output import Output
+
+    output = Output()
+    with output.progress("recomputing") as progress:
+        rows = claim_rows(papers or None, progress)
+        told = story_tables(papers or None, progress) if stories else []
+    shown = claim_table(rows, verdict)
+    output.table(shown, title="numbers printed in the papers")
+    output.table(verdict_counts(rows), title="verdicts")
+    for title, table, sentence in told:
+        output.table(table, title=title)
+        output.line(sentence)
+    output.json(json, rows)
+    changed = changed_verdicts(rows)
+    for line in changed:
+        output.line(line)
+    raise typer.Exit(1 if changed else 0)
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for summary, tables and data.")] = Path(
+        "sinsbench-results"
+    ),
+) -> None:
+    """Generate, verify, score and judge the papers' own cases, and sum up what holds."""
+    from sinsbench.cli.output import Output
+    from sinsbench.reproduction.run import reproduce as reproduce_all
+    from sinsbench.reproduction.summary import show
+
+    output = Output()
+    with output.progress("reproducing the papers") as progress:
+        result = reproduce_all(out, progress)
+    show(result, output)
+    raise typer.Exit(0 if result.holds else 1)
+
+
+@app.command()
+def cite(
+    what: Annotated[list[str] | None, typer.Argument(metavar="NAME...", help="A paper, dataset or subject.")] = None,
+) -> None:
+    """Print BibTeX for the benchmark and the papers behind it."""
+    from sinsbench.cli.citations import citations
+
+    typer.echo("\n\n".join(citations(what or [])))

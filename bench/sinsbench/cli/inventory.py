@@ -1,0 +1,71 @@
+"""What there is: datasets, cases, subjects, papers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+
+def _datasets() -> list[dict[str, Any]]:
+    from sinsdata.schema import DATASETS
+    from sinsdata.tiers import paper_cases
+
+    return [
+        {
+            "dataset": name,
+            "version": about.version,
+            "tiers": "paper, sweep (your own cases)",
+            "tables": ", ".join(about.tables),
+            "paper cases": len(paper_cases(name)),
+            "title": about.title,
+        }
+        for name, about in DATASETS.items()
+    ]
+
+
+def _cases() -> list[dict[str, Any]]:
+    from sinsdata.cases import CASE_CLASSES
+    from sinsdata.tiers import paper_cases
+
+    return [
+        {
+            "dataset": dataset,
+            "case": case.name,
+            "duration, s": float(case.duration),
+            "interval, s": float(case.interval),
+            "samples": case.samples,
+        }
+        for dataset in CASE_CLASSES
+        for case in paper_cases(dataset)
+    ]
+
+
+def _subjects() -> list[dict[str, Any]]:
+    from sinsbench.subjects.registry import BUILT_IN
+
+    return [
+        {
+            "subject": subject.name,
+            "dataset": subject.dataset,
+            "order": subject.order,
+            "samples per step": subject.samples_per_step,
+            "summary": subject.summary,
+            "source": subject.source,
+        }
+        for subject in BUILT_IN.values()
+    ]
+
+
+def _papers() -> list[dict[str, Any]]:
+    from sinsbench.claims.model import PAPERS, load_claims
+
+    return [{"paper": paper, "claims": len(load_claims(paper))} for paper in PAPERS]
+
+
+#: What can be listed.
+INVENTORIES: Mapping[str, Callable[[], list[dict[str, Any]]]] = {
+    "datasets": _datasets,
+    "cases": _cases,
+    "subjects": _subjects,
+    "papers": _papers,
+}

@@ -1,0 +1,1 @@
+"""Navigation algorithms under test: float64, and no code shared with truth."""

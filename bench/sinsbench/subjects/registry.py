@@ -1,0 +1,134 @@
+"""The built-in subjects as data: what each is, where it comes from, and where its code is found.
+
+Importing this module imports none of the code it names; `sinsbench.subjects.loading` does that on demand.
+"""
+
+from dataclasses import dataclass
+
+__all__ = ["BUILT_IN", "DUAL_PRECESSION", "EQUATOR_ERRORS", "Subject", "subjects_of"]
+
+EQUATOR_ERRORS = "equator_errors"
+DUAL_PRECESSION = "dual_precession"
+
+_LOGINOV = "Loginov, Tkachenko, Chelnokov 2013"
+_PANOV = "Lebedev, Panov 1989"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A numerical method that can be scored.
+
+    Attributes
+    ----------
+    name : str
+        Name by which it is asked for and reported.
+    dataset : str or None
+        Dataset whose contract it obeys; None for a user's subject, which obeys that of whatever it is scored on.
+    target : str
+        Where the callable is, ``module:attribute``.
+    summary : str
+        What it is, in one line.
+    source : str
+        Where the method was published.
+    order : int or None
+        Its order of convergence, where that is known.
+    samples_per_step : int or None
+        Number of increments one step of an integrator consumes, where that is known.
+    """
+
+    name: str
+    dataset: str | None
+    target: str
+    summary: str
+    source: str = ""
+    order: int | None = None
+    samples_per_step: int | None = None
+
+
+def _panov(order: int, suffix: str = "", addition: str = "") -> Subject:
+    return Subject(
+        name=f"panov{order}{suffix}",
+        dataset=DUAL_PRECESSION,
+        target=f"sinsbench.subjects.integrators:panov{order}{suffix}",
+        summary=f"attitude and apparent velocity, order {order}, four samples a step{addition}",
+        source=f"{_PANOV}, eqs. (2.2), (2.5), (2.6)",
+        order=order,
+        samples_per_step=4,
+    )
+
+
+def _equator(name: str, target: str, summary: str, source: str, order: int | None = None) -> Subject:
+    return Subject(name, EQUATOR_ERRORS, f"sinsbench.subjects.{target}", summary, source, order)
+
+
+_ODE45 = "Dormand, Prince 1980; Shampine, Reichelt 1997"
+
+_SUBJECTS = (
+    *(_panov(order) for order in (2, 4, 6)),
+    *(_panov(order, "_compensated", ", sums with carried rounding errors") for order in (2, 4, 6)),
+    _equator(
+        "equator_printed",
+        "equator_formulas:printed",
+        "transition matrix as printed",
+        f"{_LOGINOV}, (20)-(22)",
+    ),
+    _equator(
+        "equator_corrected",
+        "equator_formulas:corrected",
+        "transition matrix, misprints corrected",
+        f"{_LOGINOV}, (20)-(22)",
+    ),
+    _equator(
+        "equator_general_solution",
+        "equator_formulas:general_solution",
+        "sum of the modes",
+        f"{_LOGINOV}, (16)-(17)",
+    ),
+    _equator(
+        "equator_amplitude_phase",
+        "equator_formulas:amplitude_phase",
+        "oscillations by amplitude and phase, in the right quadrant",
+        f"{_LOGINOV}, (18)-(19)",
+    ),
+    _equator(
+        "equator_amplitude_phase_printed",
+        "equator_formulas:amplitude_phase_printed",
+        "oscillations by amplitude and phase, principal values of the arctangents",
+        f"{_LOGINOV}, (18)-(19)",
+    ),
+    _equator(
+        "equator_robust",
+        "equator_robust:robust",
+        "transition matrix without vanishing denominators",
+        f"{_LOGINOV}, (20)-(22), rearranged",
+    ),
+    _equator("expm", "equator_numerical:expm", "SciPy's matrix exponential", "Al-Mohy, Higham 2009"),
+    _equator("rk45", "equator_numerical:rk45", "SciPy's RK45 at its tightest", "Dormand, Prince 1980", 5),
+    _equator(
+        "dop853",
+        "equator_numerical:dop853",
+        "SciPy's DOP853 at its tightest",
+        "Hairer, Norsett, Wanner 1993",
+        8,
+    ),
+    _equator("radau", "equator_numerical:radau", "SciPy's Radau at its tightest", "Hairer, Wanner 1996", 5),
+    _equator("lsoda", "equator_numerical:lsoda", "SciPy's LSODA at its tightest", "Petzold 1983"),
+    *(
+        _equator(f"ode45_{name}", f"ode45:ode45_{attribute}", f"MATLAB's ode45 at RelTol = {tolerance}", _ODE45, 5)
+        for name, attribute, tolerance in (
+            ("1e-3", "1e3", "1e-3"),
+            ("1e-6", "1e6", "1e-6"),
+            ("1e-9", "1e9", "1e-9"),
+            ("1e-12", "1e12", "1e-12"),
+            ("tightest", "tightest", "2.22e-14"),
+        )
+    ),
+)
+
+BUILT_IN: dict[str, Subject] = {subject.name: subject for subject in _SUBJECTS}
+"""The built-in subjects by name."""
+
+
+def subjects_of(dataset: str) -> tuple[Subject, ...]:
+    """Return the built-in subjects that obey the contract of a dataset."""
+    return tuple(subject for subject in _SUBJECTS if subject.dataset == dataset)
