@@ -88,7 +88,7 @@ def generate(
 
     folder = out / dataset / tier
     with replacing(folder) as partial:
-        tables = {"cases": _write(partial, dataset, "cases", [_case_table(dataset, cases)])}
+        tables = {"cases": _write(partial, dataset, "cases", [case_table(dataset, cases)])}
         if dataset == "equator_errors":
             tables["modes"] = _write(partial, dataset, "modes", [_modes_table(cases, tally)])
         for table in _SERIES[dataset]:
@@ -169,7 +169,8 @@ def case_parameters(case: Case) -> list[ExactNumber | None]:
     ]  # fmt: skip
 
 
-def _case_table(dataset: str, cases: Sequence[Case]) -> pa.RecordBatch:
+def case_table(dataset: str, cases: Sequence[Case]) -> pa.RecordBatch:
+    """Return the table ``cases``: of every parameter the nearest binary64 and the exact text."""
     rows = []
     for case in cases:
         cells = [(None, None) if x is None else (float(x), x.text) for x in case_parameters(case)]

@@ -114,7 +114,7 @@ def sample(
     every = 1 if checkpoint_interval is None else _whole(checkpoint_interval, interval)
     count = _whole(case.duration, _multiple(interval, Fraction(every)))
     # Increments do not depend on initial values: cases that differ in these alone share them.
-    still = replace(case, name="increments", initial_attitude=None, initial_velocity=("0", "0", "0"))
+    still = replace(case, name="increments", initial_attitude=None, initial_velocity=(ExactNumber(0),) * 3)
     high, low = _increments(still, interval)
     time, truth, truth_lo = _collect(precession_blocks(case, RoundingTally(), _multiple(interval, Fraction(every))))
     return SampledMotion(

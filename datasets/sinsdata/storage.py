@@ -15,7 +15,7 @@ import shutil
 import struct
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -130,8 +130,10 @@ def write_json(path: Path, value: Mapping[str, Any] | list[Any]) -> None:
 def replacing(target: Path) -> Iterator[Path]:
     """Give a temporary folder that takes the place of `target` when the block ends without an error.
 
-    Whoever reads `target` finds the old folder or the new one, whole; after an error or a kill, the old
-    one. Of several writers the last to finish stays.
+    Whoever looks for `target` finds the old folder, the new one, or for the instant between two renames none;
+    never a part of one. After an error or an interrupt the old one is there. So it is after a kill, but for
+    a kill in that instant: then old and new stand whole beside the target, under names that begin with
+    ``.old-`` and ``.partial-``. Of several writers the last to finish stays.
 
     Parameters
     ----------
@@ -156,14 +158,18 @@ def replacing(target: Path) -> Iterator[Path]:
                 partial.rename(target)
                 break
             except OSError as error:
-                # The target exists: it steps aside, and the place is tried again. Another writer may be
-                # faster each time.
                 if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                     raise
-                try:
-                    target.rename(old)
-                except FileNotFoundError:
-                    continue
-                shutil.rmtree(old, ignore_errors=True)
+            # The target exists: it steps aside, and the place is tried again. Another writer may be faster
+            # each time.
+            shutil.rmtree(old, ignore_errors=True)
+            with suppress(FileNotFoundError):
+                target.rename(old)
+    except BaseException:
+        # Between the two renames nothing is in the place: the old folder returns, unless another writer was faster.
+        with suppress(OSError):
+            old.rename(target)
+        raise
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)

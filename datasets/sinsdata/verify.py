@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import ceil, inf, isnan, log10
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sinsdata.cases import CASE_CLASSES, Case, EquatorCase
+from sinsdata.generate import case_table
 from sinsdata.schema import DATASETS, FORMAT, arrow_schema
 from sinsdata.storage import content_hash, file_hash
 from sinsdata.tiers import CaseFileError, checked_cases
-from sinsdata.truth import equator_state
+from sinsdata.truth import TRANSITION_ELEMENTS, equator_state
 from sinsref.arithmetic import MpArithmetic
+from sinsref.equator import EquatorModel, guard_bits, transition
+from sinsref.equator_modes import Modes, NoRealModesError, modes
 from sinsref.precession import increments
 from sinsref.precession import solution as precession_solution
 
@@ -135,7 +139,7 @@ def _mapping(dataset: str, row: dict[str, Any]) -> dict[str, Any]:
 
 
 def verify(folder: Path, rows_per_case: int = 3) -> Iterator[Check]:
-    """Check a dataset: bytes, content, schema, rows, and some rows of each case computed again.
+    """Check a dataset: bytes, content, schema, rows, and some rows of each case and table computed again.
 
     Parameters
     ----------
@@ -176,8 +180,8 @@ def _check_table(folder: Path, dataset: str, table: str, entry: dict[str, Any]) 
         with pq.ParquetFile(path) as file:
             schema, rows = file.schema_arrow, file.metadata.num_rows
         content = content_hash(path)
-    except (OSError, pa.ArrowException) as error:
-        yield Check(where, "readable as Parquet", False, str(error).splitlines()[0])
+    except (OSError, ValueError, pa.ArrowException) as error:  # ValueError: texts that are not UTF-8
+        yield Check(where, "readable as Parquet", False, (str(error) or type(error).__name__).splitlines()[0])
         return
     yield Check(
         where,
@@ -192,39 +196,75 @@ def _check_table(folder: Path, dataset: str, table: str, entry: dict[str, Any]) 
 
 def _recompute(folder: Path, rows_per_case: int) -> Iterator[Check]:
     dataset, cases = load_cases(folder)
-    tables = ("increments", "truth") if dataset == "dual_precession" else ("truth",)
-    for table in tables:
-        columns = [column.name for column in DATASETS[dataset].tables[table] if column.kind == "pair"][1:]
+    named = [case.name for case in cases]
+    yield Check(
+        f"{folder}: manifest", "names of the cases", read_manifest(folder).get("cases") == named, f"not {named}"
+    )
+    same = pq.read_table(folder / "cases.parquet").equals(pa.Table.from_batches([case_table(dataset, cases)]))
+    yield Check(f"{folder}: cases", "binary64 nearest to the exact texts", same, "a number is not that of its text")
+    for table, about in DATASETS[dataset].tables.items():
+        if table == "cases":
+            continue
+        names = [column.name for column in about if column.kind == "pair"]
         for case in cases:
             where = f"{folder}: {table}: {case.name}"
             data = pq.read_table(folder / f"{table}.parquet", filters=[("case", "=", case.name)])
-            expected = case.samples + (table == "truth")
+            expected = 1 if table == "modes" else case.samples + (table != "increments")
             yield Check(where, "rows of the case", len(data) == expected, f"{len(data)} instead of {expected}")
+            if len(data) != expected:
+                continue
             wanted = sorted({round(i * (len(data) - 1) / max(rows_per_case - 1, 1)) for i in range(rows_per_case)})
             worst, place = 0.0, ""
             for row in wanted:
+                index = row + (table == "increments")
                 stored = data.slice(row, 1).to_pylist()[0]
-                exact = _exact_row(case, table, row + (table == "increments"))
-                # mpmath leaves 1e-75 or so of the largest value where the exact one is 0.
-                smallest = max(abs(value) for value in exact) * PAIR_TOLERANCE
-                for name, value in zip(columns, exact, strict=True):
-                    error = abs(value - stored[name] - stored[f"{name}_lo"]) / (max(abs(value), smallest) or 1)
-                    if error > worst:
-                        worst, place = float(error), f"row {row}, {name}"
+                errors = _errors(stored, names, _exact_row(case, table, index))
+                errors["sample"] = 0.0 if stored.get("sample", index) == index else inf
+                name = max(errors, key=errors.__getitem__)
+                if errors[name] > worst:
+                    worst, place = errors[name], f"row {row}, {name}"
             detail = f"relative difference {worst:.1e} at {place}"
             yield Check(where, f"{len(wanted)} rows recomputed by mpmath", worst <= PAIR_TOLERANCE, detail)
 
 
-def _exact_row(case: Case, table: str, index: int) -> list[Any]:
-    """Return a row in mpmath at a precision that leaves 1e-30 of the smallest value."""
-    ar = MpArithmetic(80)
-    time = ar.number(case.interval) * index
+def _errors(stored: dict[str, Any], names: list[str], exact: list[Any] | None) -> dict[str, float]:
+    """Return the relative error of each pair of a row; infinite where a number is missing or is none."""
+    pairs = {name: (stored[name], stored[f"{name}_lo"]) for name in names}
+    if exact is None:
+        return {name: 0.0 if pair == (None, None) else inf for name, pair in pairs.items()}
+    # mpmath leaves 1e-75 or so of the largest value where the exact one is 0.
+    smallest = max(abs(value) for value in exact) * PAIR_TOLERANCE
+    errors = {}
+    for (name, pair), value in zip(pairs.items(), exact, strict=True):
+        error = inf if None in pair else abs(value - pair[0] - pair[1]) / (max(abs(value), smallest) or 1)
+        errors[name] = inf if isnan(error) else float(error)
+    return errors
+
+
+def _exact_row(case: Case, table: str, index: int) -> list[Any] | None:
+    """Return the values of a row in mpmath, None for modes that do not exist."""
+    # 80 digits leave 1e-30 of the smallest value; on top comes what phases of many turns and cancelling series lose.
     if isinstance(case, EquatorCase):
-        # The everywhere convergent series lose as many digits as the errors grow by, twice.
-        ar = MpArithmetic(80 + int(2 * 0.0025 * float(case.duration)))
-        return list(equator_state(case)(ar, ar.number(case.interval) * index))
+        ar = MpArithmetic(30)
+        model = EquatorModel.at(ar, case.v_east, case.height)
+        ar = MpArithmetic(80 + ceil(guard_bits(ar, model, ar.number(case.duration)) * log10(2)))
+        model = EquatorModel.at(ar, case.v_east, case.height)
+        time = ar.number(case.interval) * index
+        if table == "truth":
+            return [time, *equator_state(case)(ar, time)]
+        if table == "transition":
+            matrix = transition(ar, model, time)
+            return [time, *(matrix[i - 1][j - 1] for i, j in TRANSITION_ELEMENTS)]
+        try:
+            constants = modes(ar, model)
+        except NoRealModesError:
+            return None
+        return [getattr(constants, name) for name in Modes.__dataclass_fields__]
+    turns = abs(float(case.spin_rate) * float(case.duration)) * (1 + abs(float(case.precession_ratio)))
+    ar = MpArithmetic(80 + ceil(log10(1 + turns)))
+    time = ar.number(case.interval) * index
     if table == "increments":
         angle, velocity = increments(ar, case.motion, time, ar.number(case.interval))
-        return [*angle, *velocity]
+        return [time, *angle, *velocity]
     attitude, inertial, body = precession_solution(ar, case.motion, time)
-    return [*attitude, *inertial, *body]
+    return [time, *attitude, *inertial, *body]

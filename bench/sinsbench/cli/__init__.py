@@ -1,6 +1,7 @@
 """The command line: results on standard output, progress on standard error.
 
-Exit status: 0 done; 1 what was checked does not hold; 2 wrong usage or bad input, with one line that says what and where.
+Exit status: 0 done; 1 what was checked does not hold; 2 wrong usage or bad input, with one line that says what and
+where.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def run(arguments: list[str]) -> int:
     except OSError as error:
         return _refuse(f"sinsbench: {error.filename or 'file'}: {error.strerror or error}")
     except ValueError as error:
-        # Every error that a user's input can cause is a ValueError of ours; anything else is a defect and keeps its traceback.
+        # An error that input can cause is a ValueError of ours; anything else is a defect and keeps its traceback.
         if type(error).__module__.partition(".")[0] not in ("sinsref", "sinsdata", "sinsbench"):
             raise
         return _refuse(f"sinsbench: {error}")

@@ -25,7 +25,7 @@ def dataset_of_subjects(subjects: Sequence[str] | None) -> list[str]:
     foreign = [name for name in subjects if name not in BUILT_IN]
     if foreign:
         raise UsageError(
-            f"say what to score {foreign[0]} on: --on dual_precession for an integrator, --on equator_errors for a solver"
+            f"say what to score {foreign[0]} on: --on dual_precession (integrators) or --on equator_errors (solvers)"
         )
     found = {str(BUILT_IN[name].dataset) for name in subjects}
     if len(found) > 1:
@@ -48,7 +48,9 @@ def cases_to_score(dataset: str, names: Sequence[str] | None) -> tuple[str, tupl
     else:
         folder = Path(dataset)
         if not folder.exists():
-            raise UsageError(f"unknown dataset {dataset!r}; admissible: {', '.join(CASE_CLASSES)}, or a dataset's folder")
+            raise UsageError(
+                f"unknown dataset {dataset!r}; admissible: {', '.join(CASE_CLASSES)}, or a dataset's folder"
+            )
         found = find_datasets(folder)
         if len(found) > 1:
             raise UsageError(f"{folder} holds several datasets; admissible: {', '.join(map(str, found))}")

@@ -66,9 +66,11 @@ def verdict_counts(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     counts = Counter((row["paper"], row["verdict"]) for row in rows)
     papers = dict.fromkeys(row["paper"] for row in rows)
     return [
-        {"paper": paper, **{verdict: counts[paper, verdict] for verdict in VERDICTS}, "claims": sum(
-            counts[paper, verdict] for verdict in VERDICTS
-        )}
+        {
+            "paper": paper,
+            **{verdict: counts[paper, verdict] for verdict in VERDICTS},
+            "claims": sum(counts[paper, verdict] for verdict in VERDICTS),
+        }
         for paper in papers
     ]
 

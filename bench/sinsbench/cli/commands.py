@@ -65,7 +65,9 @@ def list_(
 def generate(
     dataset: Annotated[str, typer.Argument(help="equator_errors or dual_precession.")],
     tier: Annotated[str, typer.Option(help="Cases to generate: paper.")] = "paper",
-    cases: Annotated[Path | None, typer.Option(metavar="FILE", help="Your own cases (TOML) in place of a tier.")] = None,
+    cases: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Your own cases (TOML) in place of a tier.")
+    ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to write DATASET/TIER to.")] = Path("sinsbench-data"),
     json: JsonFile = None,
 ) -> None:
@@ -134,16 +136,21 @@ def score(
     ] = None,
     on: Annotated[str | None, typer.Option(metavar="DATASET", help="Name or folder of a dataset.")] = None,
     case: Annotated[list[str] | None, typer.Option(metavar="CASE", help="Only this case; may be repeated.")] = None,
-    ladder: Annotated[bool, typer.Option(help="Show every sampling interval, not only the case's own.")] = False,
+    ladder: Annotated[bool, typer.Option("--ladder", help="Show every sampling interval, not only the own.")] = False,
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw errors over the intervals too: .svg or .png.")
+    ] = None,
     json: JsonFile = None,
 ) -> None:
     """Score subjects, built-in or your own, against certified truth. Without a subject: every built-in one."""
     from sinsbench.cli.choices import cases_to_score, dataset_of_subjects
     from sinsbench.cli.output import Output
     from sinsbench.cli.scores import score_tables
+    from sinsbench.figures import check_figure, ladder_figure
     from sinsbench.scoring.score import loaded_subjects
     from sinsbench.scoring.score import score as score_subjects
 
+    check_figure(figure)
     output = Output()
     rows: list[dict[str, Any]] = []
     scored: list[Case] = []
@@ -156,6 +163,8 @@ def score(
     for title, table in score_tables(rows, scored, whole_ladder=ladder):
         output.table(table, title=title)
     output.json(json, rows)
+    if figure is not None:
+        ladder_figure(rows, figure)
     broken = [row for row in rows if row["status"] not in ("ok", "not applicable")]
     raise typer.Exit(1 if broken else 0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,10 @@ Progress: TypeAlias = Callable[[int, int, str], None]
 
 #: Width of a table that goes to a file or a pipe, where nobody can widen the window.
 _PIPE_WIDTH = 180
+#: Longest cell that is kept on one line, and the least width of longer ones.
+_LONGEST_CELL, _PROSE = 64, 40
+#: Space between two columns.
+_GAP = 3
 
 
 class Output:
@@ -27,19 +32,32 @@ class Output:
         self._console = Console(highlight=False, soft_wrap=False, width=width)
 
     def table(self, rows: Sequence[Mapping[str, Any]], title: str = "", columns: Sequence[str] = ()) -> None:
-        """Print rows as a table; the keys of the first row are the columns unless they are named."""
-        from rich import box
-        from rich.table import Table
+        """Print rows as a table; the keys of the first row are the columns unless they are named.
 
+        A table that is wider than the window is printed in parts, each with the first column.
+        """
         if not rows:
             return
         names = tuple(columns) or tuple(rows[0])
+        cells = {name: [cell(row.get(name)) for row in rows] for name in names}
+        widths = {name: _width(heading(name), cells[name]) for name in names}
+        for number, part in enumerate(_parts(names, widths, self._console.width)):
+            self._part({name: cells[name] for name in part}, widths, "" if number else title)
+
+    def _part(self, cells: Mapping[str, Sequence[str]], widths: Mapping[str, int], title: str) -> None:
+        from rich import box
+        from rich.table import Table
+
         table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-        for name in names:
-            numeric = any(isinstance(row.get(name), int | float) for row in rows)
-            table.add_column(heading(name), justify="right" if numeric else "left", overflow="fold")
-        for row in rows:
-            table.add_row(*(cell(row.get(name)) for name in names))
+        for name, values in cells.items():
+            justify: Any = "right" if any(map(_is_number, values)) else "left"
+            title = "\n".join(textwrap.wrap(heading(name), widths[name]))
+            if max(map(len, values)) > widths[name]:  # prose takes the room that is left
+                table.add_column(title, justify=justify, overflow="fold", min_width=widths[name], ratio=1)
+            else:
+                table.add_column(title, justify=justify, width=widths[name])
+        for row in zip(*cells.values(), strict=True):
+            table.add_row(*row)
         self._console.print(table)
 
     def line(self, text: str) -> None:
@@ -69,7 +87,12 @@ class Output:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[what]}"), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.fields[what]}"),
+            TimeElapsedColumn(),
+        )
         with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
             task = bar.add_task(title, total=None, what="")
 
@@ -79,8 +102,35 @@ class Output:
             yield update
 
 
+def _parts(names: Sequence[str], widths: Mapping[str, int], limit: int) -> Iterator[list[str]]:
+    """Yield groups of columns that fit, the first column in each."""
+    first, *others = names
+    part, used = [first], widths[first] + _GAP
+    for name in others:
+        if used + widths[name] + _GAP > limit and len(part) > 1:
+            yield part
+            part, used = [first], widths[first] + _GAP
+        part.append(name)
+        used += widths[name] + _GAP
+    yield part
+
+
+def _width(head: str, values: Sequence[str]) -> int:
+    """Return the width of a column: cells whole, as a name broken over two lines cannot be copied, but prose folded."""
+    words = [len(word) for word in head.split()]
+    return max(*words, 1, *(len(value) if len(value) <= _LONGEST_CELL else _PROSE for value in values))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(",", ""))
+    except ValueError:
+        return False
+    return True
+
+
 def heading(name: str) -> str:
-    """Return the heading of a column from its key: words, and the unit that `UNITS` knows."""
+    """Return the heading of a column from its key."""
     return name.replace("_", " ")
 
 

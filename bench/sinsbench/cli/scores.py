@@ -14,12 +14,10 @@ INTEGRATOR_COLUMNS = {
     "interval, s": "interval",
     "attitude max, rad": "attitude_error_max",
     "drift, deg/h": "drift_deg_per_h",
-    "predicted": "predicted_drift_deg_per_h",
+    "asymptotic drift": "predicted_drift_deg_per_h",
     "velocity end, m/s": "velocity_error_end",
-    "predicted ": "predicted_velocity_error_end",
+    "asymptotic velocity": "predicted_velocity_error_end",
     "order": "observed_order",
-    "residual": "order_residual",
-    "local": "local_order",
     "at floor": "at_floor",
     "ns a sample": "ns_per_sample",
     "flops a sample": "flops_per_sample",
@@ -43,6 +41,23 @@ FORMULA_COLUMNS = {
     "status": "status",
     "message": "message",
 }
+#: The same for the whole ladder of sampling intervals.
+LADDER_COLUMNS = {
+    "subject": "subject",
+    "case": "case",
+    "interval, s": "interval",
+    "attitude max, rad": "attitude_error_max",
+    "local order": "local_order",
+    "fitted order": "observed_order",
+    "residual": "order_residual",
+    "input floor, rad": "input_floor",
+    "at floor": "at_floor",
+    "velocity max, m/s": "velocity_error_max",
+    "velocity local order": "velocity_local_order",
+    "velocity input floor, m/s": "velocity_input_floor",
+    "status": "status",
+    "message": "message",
+}
 _TITLES = {
     "dual_precession": "integrators on dual_precession (errors against certified truth)",
     "equator_errors": "solvers on equator_errors (largest errors against certified truth)",
@@ -52,7 +67,16 @@ _TITLES = {
 def _pick(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return the rows with the headings people read; columns that are empty throughout are left out."""
     used = {heading: field for heading, field in columns.items() if any(row[field] not in (None, "") for row in rows)}
-    return [{heading: row[field] for heading, field in used.items()} for row in rows]
+    return [{heading: _shown(field, row[field]) for heading, field in used.items()} for row in rows]
+
+
+def _shown(field: str, value: Any) -> Any:
+    """Return an order with two decimals, everything else as it is."""
+    return (
+        f"{value:.2f}"
+        if field in ("observed_order", "local_order", "velocity_local_order") and value is not None
+        else value
+    )
 
 
 def native(rows: Sequence[Mapping[str, Any]], cases: Iterable[Case]) -> list[Mapping[str, Any]]:
@@ -67,7 +91,8 @@ def score_tables(
     """Return titled tables, one a dataset, of rows that were scored on `cases`."""
     known = tuple(cases)
     tables = []
-    for dataset, columns in (("dual_precession", INTEGRATOR_COLUMNS), ("equator_errors", FORMULA_COLUMNS)):
+    integrators = LADDER_COLUMNS if whole_ladder else INTEGRATOR_COLUMNS
+    for dataset, columns in (("dual_precession", integrators), ("equator_errors", FORMULA_COLUMNS)):
         own: Sequence[Mapping[str, Any]] = [row for row in rows if row["dataset"] == dataset]
         if own:
             tables.append((_TITLES[dataset], _pick(own if whole_ladder else native(own, known), columns)))

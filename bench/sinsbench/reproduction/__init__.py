@@ -1,0 +1,1 @@
+"""The main job: the papers' own cases from truth to verdicts, in one go."""

@@ -1,0 +1,120 @@
+"""The summary of a reproduction: which tables it shows, in the terminal and in Markdown alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from sinsbench.claims.model import VERDICTS
+from sinsbench.cli.claims import claim_table, verdict_counts
+from sinsbench.cli.output import Output, cell
+from sinsbench.cli.scores import native, score_tables
+
+if TYPE_CHECKING:
+    from sinsbench.reproduction.run import Reproduction
+
+_ORDERS = ("panov2", "panov4", "panov6")
+
+
+def sections(result: Reproduction) -> Iterator[tuple[str, list[dict[str, Any]], str]]:
+    """Yield title, table and a sentence for each part of the summary."""
+    proved = sum(row["values proved"] for row in result.datasets)
+    yield (
+        "Truth: generated, proved, verified",
+        result.datasets,
+        f"{proved:,} values, each the nearest binary64 and its rest, proved by ball arithmetic.",
+    )
+    counts = verdict_counts(result.claims)
+    yield (
+        "Claims: numbers printed in the papers",
+        counts,
+        "Every number is recomputed; a misprint is a number that a named and tested slip explains.",
+    )
+    for verdict in VERDICTS[1:]:
+        yield f"Claims that are: {verdict}", claim_table(result.claims, verdict), ""
+    for title, table, sentence in result.stories:
+        yield f"Behind it: {title}", table, sentence
+    yield "Orders 2, 4 and 6 compared", orders(result), _ratios(result)
+    for title, table in score_tables(result.scores, result.cases):
+        yield f"Scores: {title}", table, ""
+
+
+def orders(result: Reproduction) -> list[dict[str, Any]]:
+    """Return drift, velocity error and fitted order of the algorithms of orders 2, 4, 6 at the papers' interval."""
+    rows = [row for row in native(result.scores, result.cases) if row["subject"] in _ORDERS]
+    table = []
+    for case in dict.fromkeys(row["case"] for row in rows):
+        own = {row["subject"]: row for row in rows if row["case"] == case}
+        line: dict[str, Any] = {"case": case}
+        for name in _ORDERS:
+            line |= {
+                f"{name}: drift, deg/h": own[name]["drift_deg_per_h"],
+                "velocity, m/s" + " " * _ORDERS.index(name): own[name]["velocity_error_end"],
+                "order" + " " * _ORDERS.index(name): f"{own[name]['observed_order']:.2f}",
+            }
+        table.append(line)
+    return table
+
+
+def _ratios(result: Reproduction) -> str:
+    rows = {(row["subject"], row["case"]): row for row in native(result.scores, result.cases)}
+    cases = [case for subject, case in rows if subject == "panov2"]
+    gains = {
+        (low, high): [rows[low, case]["drift_deg_per_h"] / rows[high, case]["drift_deg_per_h"] for case in cases]
+        for low, high in pairwise(_ORDERS)
+    }
+    times = [min(rows[name, case]["ns_per_sample"] for case in cases) for name in _ORDERS]
+    return (
+        f"At the papers' sampling interval order 4 drifts {min(gains['panov2', 'panov4']):.0f} to "
+        f"{max(gains['panov2', 'panov4']):.0f} times less than order 2, order 6 "
+        f"{min(gains['panov4', 'panov6']):.0f} to {max(gains['panov4', 'panov6']):.0f} times less than order 4, "
+        f"for {times[1] / times[0]:.1f} and {times[2] / times[0]:.1f} times the time of order 2."
+    )
+
+
+def headline(result: Reproduction) -> str:
+    """Return the one sentence that says what came out."""
+    total = len(result.claims)
+    numbers = {verdict: sum(row["verdict"] == verdict for row in result.claims) for verdict in VERDICTS}
+    return (
+        f"{total} printed numbers: {numbers['reproduced']} reproduced, {numbers['misprint']} misprints explained, "
+        f"{numbers['not reproduced']} not reproduced."
+    )
+
+
+def show(result: Reproduction, output: Output) -> None:
+    """Print the summary: what was checked, what reproduces, what does not, how the orders compare."""
+    for title, table, sentence in sections(result):
+        if title.startswith("Behind it"):
+            output.line(f"{title}\n{sentence}\n")
+            continue
+        output.table(table, title=title)
+        if sentence:
+            output.line(f"{sentence}\n")
+    output.line(headline(result))
+    for failure in result.failures:
+        output.line(f"does not hold: {failure}")
+    output.line(f"Everything is in {result.folder}: summary.md, scores.json, claims.json, stories.json, data/.")
+
+
+def markdown(result: Reproduction) -> str:
+    """Return the summary as Markdown."""
+    parts = ["# What the papers print, recomputed", headline(result)]
+    parts += [f"- does not hold: {failure}" for failure in result.failures]
+    for title, table, sentence in sections(result):
+        parts.append(f"## {title}")
+        if table:
+            parts.append(_markdown_table(table))
+        if sentence:
+            parts.append(sentence)
+    known = ", ".join(f"{name} {value}" for name, value in result.environment.items())
+    parts.append(f"Made by `sinsbench reproduce` with {known}.")
+    return "\n\n".join(parts) + "\n"
+
+
+def _markdown_table(rows: list[dict[str, Any]]) -> str:
+    names = list(rows[0])
+    lines = ["| " + " | ".join(name.strip().replace("_", " ") for name in names) + " |", "|" + "---|" * len(names)]
+    lines += ["| " + " | ".join(cell(row.get(name)).replace("|", "\\|") for name in names) + " |" for row in rows]
+    return "\n".join(lines)

@@ -1,0 +1,54 @@
+"""Every command and example of the README runs, and its table is what the command beside it makes."""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+from sinsbench.cli import run
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+
+
+def commands() -> list[str]:
+    return [line for block in blocks("console") for line in block.splitlines()]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    (tmp_path / "my.toml").write_text(blocks("toml")[0])
+    return tmp_path
+
+
+def test_the_two_commands_are_the_first() -> None:
+    assert commands()[:2] == ["python -m pip install . && sinsbench reproduce", "python -m pip install tox && tox"]
+
+
+def test_every_command_runs_and_so_does_the_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for command in commands()[2:]:
+        program, *arguments = shlex.split(command)
+        assert program == "sinsbench"
+        assert run(arguments) == 0, command
+    drawn = (folder / "orders.svg").read_text()
+    assert "largest attitude error, rad" in drawn
+    capsys.readouterr()
+    exec(compile(blocks("python")[0], "README.md", "exec"), {})  # the example itself
+    assert capsys.readouterr().out.startswith("b'm' ")
+
+
+def test_the_table_is_that_of_the_main_job(folder: Path) -> None:
+    assert run(["reproduce"]) == 0
+    summary = (folder / "sinsbench-results" / "summary.md").read_text(encoding="utf-8")
+    made = re.search(r"## Orders 2, 4 and 6 compared\n\n(\|.*?)\n\n", summary, flags=re.DOTALL)
+    assert made
+    # Timings do not appear in this table, and its four digits are far above what differs between machines.
+    assert made.group(1) in README
