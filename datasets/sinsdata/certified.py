@@ -18,7 +18,7 @@ from sinsref.rounding import RoundingTally, pairs_at, round_balls, settle
 RowFormula: TypeAlias = Callable[[Arithmetic, Number], Sequence[Number]]
 
 #: Rows that are computed, and later written, together: what bounds the memory.
-BLOCK = 65536
+BLOCK = 16384
 
 
 @dataclass(frozen=True)

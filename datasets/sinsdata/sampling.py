@@ -136,7 +136,7 @@ def sample(
     )
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=8)
 def _increments(case: DualPrecessionCase, interval: ExactNumber) -> tuple[_Array, _Array]:
     _, high, low = _collect(increment_blocks(case, RoundingTally(), interval))
     return high, low

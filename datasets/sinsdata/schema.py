@@ -158,7 +158,13 @@ _MODES = (
 def _ratio(numerator: str, denominator: str) -> str:
     if numerator == denominator:
         return "1"
-    return f"({numerator})/({denominator})" if "/" in numerator + denominator else f"{numerator}/{denominator}"
+    reduced = {
+        ("m/s", "m"): "1/s",
+        ("m", "m/s"): "s",
+        ("m/s", "rad"): "m/(s rad)",
+        ("rad", "m/s"): "rad s/m",
+    }
+    return reduced.get((numerator, denominator), f"{numerator}/{denominator}")
 
 
 _TRANSITION = tuple(

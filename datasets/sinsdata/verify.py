@@ -213,7 +213,8 @@ def _recompute(folder: Path, rows_per_case: int) -> Iterator[Check]:
             yield Check(where, "rows of the case", len(data) == expected, f"{len(data)} instead of {expected}")
             if len(data) != expected:
                 continue
-            wanted = sorted({round(i * (len(data) - 1) / max(rows_per_case - 1, 1)) for i in range(rows_per_case)})
+            count = min(rows_per_case, len(data))
+            wanted = sorted({round(i * (len(data) - 1) / max(count - 1, 1)) for i in range(count)})
             worst, place = 0.0, ""
             for row in wanted:
                 index = row + (table == "increments")

@@ -6,6 +6,7 @@ where.
 
 from __future__ import annotations
 
+import os
 import sys
 
 from sinsbench.cli.commands import app
@@ -24,6 +25,8 @@ def run(arguments: list[str]) -> int:
     arguments : list of str
         What stands behind ``sinsbench``.
     """
+    # Matrices here are 6 x 6: a library that starts threads for them spends its time on waking these, up to 300 times more.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import typer
 
     # The class of all complaints about usage: the base of the base of the one that typer exports.

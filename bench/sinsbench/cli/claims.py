@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sinsbench.claims.evaluate import evaluate
-from sinsbench.claims.model import PAPERS, VERDICTS, load_claims
+from sinsbench.claims.model import PAPERS, VERDICTS, recorded_verdicts
 from sinsbench.claims.stories import stories
 from sinsbench.cli.commands import UsageError
 from sinsbench.cli.output import Progress
@@ -51,7 +51,7 @@ def claim_table(rows: Sequence[Mapping[str, Any]], verdict: str | None) -> list[
             "claim": f"{row['paper']} {row['id']}",
             "quantity": row["quantity"],
             "printed": row["printed"],
-            "computed": row["computed"] if isinstance(row["computed"], str) else f"{row['computed']:.6g}",
+            "computed": _computed(row["computed"], row["printed"]),
             "unit": row["unit"],
             "verdict": row["verdict"],
             "note": row["note"],
@@ -59,6 +59,14 @@ def claim_table(rows: Sequence[Mapping[str, Any]], verdict: str | None) -> list[
         for row in rows
         if verdict in (None, row["verdict"])
     ]
+
+
+def _computed(value: float | str, printed: str) -> str:
+    """Return a computed value with two digits more than are printed, at least six."""
+    if isinstance(value, str):
+        return value
+    digits = sum(character.isdigit() for character in printed.partition("e")[0])
+    return f"{value:.{max(6, digits + 2)}g}"
 
 
 def verdict_counts(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -89,9 +97,10 @@ def story_tables(papers: Sequence[str] | None, progress: Progress) -> list[tuple
 
 def changed_verdicts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return a line for each claim whose verdict is not the one on record."""
-    recorded = {(claim.paper, claim.id): claim.verdict for paper in PAPERS for claim in load_claims(paper)}
-    return [
-        f"changed: {row['paper']} {row['id']} is {row['verdict']}, on record as {recorded[row['paper'], row['id']]}"
-        for row in rows
-        if row["verdict"] != recorded[row["paper"], row["id"]]
-    ]
+    recorded = {paper: recorded_verdicts(paper) for paper in PAPERS}
+    lines = []
+    for row in rows:
+        before = recorded[row["paper"]].get(row["id"], "reproduced")
+        if row["verdict"] != before:
+            lines.append(f"changed: {row['paper']} {row['id']} is {row['verdict']}, on record as {before}")
+    return lines

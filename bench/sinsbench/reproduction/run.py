@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -13,11 +12,12 @@ from sinsbench.claims.model import PAPERS
 from sinsbench.cli.claims import changed_verdicts, claim_rows, story_tables
 from sinsbench.cli.output import Progress
 from sinsbench.reproduction.files import write_results
+from sinsbench.reproduction.parallel import Part, run_parts
 from sinsbench.scoring.score import score
-from sinsdata.cases import CASE_CLASSES, Case
-from sinsdata.generate import generate
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase
+from sinsdata.generate import Generated, generate
 from sinsdata.tiers import paper_cases
-from sinsdata.verify import load_cases, verify
+from sinsdata.verify import Check, load_cases, verify
 
 #: Packages whose versions decide on what comes out.
 _PACKAGES = ("sinsbench", "numpy", "scipy", "numba", "pyarrow", "python-flint", "mpmath")
@@ -76,55 +76,70 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     -------
     Reproduction
     """
-    # Shares of the whole, roughly by time.
-    steps = iter((0, 10, 20, 30, 70, 80, 100))
-
-    def part(title: str) -> Callable[[int, int, str], None]:
-        start, width = next(steps), 10
-
-        def inner(done: int, total: int, what: str) -> None:
-            progress(round(start + width * done / max(total, 1)), 100, f"{title}: {what}")
-
-        inner(0, 1, "")
-        return inner
-
     failures: list[str] = []
     datasets: list[dict[str, Any]] = []
-    scored: list[Case] = []
-    scores: list[dict[str, Any]] = []
-    for dataset in CASE_CLASSES:
-        made = generate(dataset, "paper", paper_cases(dataset), out / "data", part(f"generate {dataset}"))
+    cases: list[Case] = []
+    for number, dataset in enumerate(CASE_CLASSES):
+        progress(5 * number, 100, f"generating {dataset}")
+        made = generate(dataset, "paper", paper_cases(dataset), out / "data")
         checks = list(verify(made.folder))
         failures += [f"{check.where}: {check.what}: {check.detail}" for check in checks if not check.holds]
-        known = made.manifest["certification"]
-        datasets.append(
-            {
-                "dataset": dataset,
-                "cases": len(made.manifest["cases"]),
-                "rows": sum(entry["rows"] for entry in made.manifest["tables"].values()),
-                "values proved": known["values"],
-                "exact zeros": known["exact_zeros"],
-                "checks that hold": sum(check.holds for check in checks),
-                "checks that fail": sum(not check.holds for check in checks),
-            }
-        )
-        # The cases that are scored are those of the files just written.
-        _, cases = load_cases(made.folder)
-        scored += cases
-        scores += score(None, cases, part(f"score {dataset}"))
+        datasets.append(_dataset_row(made, checks))
+        # What is scored are the cases of the files just written.
+        cases += load_cases(made.folder)[1]
+    parts = [
+        *(Part(f"scoring on {group[0].name}", score, (None, group)) for group in _groups(cases)),
+        *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS),
+    ]
+    results = run_parts(parts, lambda done, total, what: progress(10 + round(88 * done / total), 100, what))
+    judged = results[-len(PAPERS) :]
+    places = {case.name: place for place, case in enumerate(cases)}
+    scores = sorted((row for rows in results[: -len(PAPERS)] for row in rows), key=lambda row: places[row["case"]])
+    claims = [row for rows, _ in judged for row in rows]
     failures += [
         f"{row['subject']} on {row['case']}: {row['status']}: {row['message']}"
         for row in scores
         if row["status"] not in ("ok", "not applicable")
     ]
-    claims = claim_rows(PAPERS, part("claims"))
     failures += changed_verdicts(claims)
-    result = Reproduction(
-        out, datasets, scores, tuple(scored), claims, story_tables(PAPERS, part("stories")), _environment(), failures
-    )
+    stories = [story for _, told in judged for story in told]
+    result = Reproduction(out, datasets, scores, tuple(cases), claims, stories, _environment(), failures)
     write_results(result)
     progress(100, 100, "done")
     return result
+
+
+def _dataset_row(made: Generated, checks: list[Check]) -> dict[str, Any]:
+    known = made.manifest["certification"]
+    return {
+        "dataset": made.manifest["dataset"],
+        "cases": len(made.manifest["cases"]),
+        "rows": sum(entry["rows"] for entry in made.manifest["tables"].values()),
+        "values proved": known["values"],
+        "exact zeros": known["exact_zeros"],
+        "checks that hold": sum(check.holds for check in checks),
+        "checks that fail": sum(not check.holds for check in checks),
+    }
+
+
+def _groups(cases: list[Case]) -> list[tuple[Case, ...]]:
+    """Return groups of cases to score together, long ones first; precessions with the same increments are together."""
+    groups: dict[Any, list[Case]] = {}
+    for case in cases:
+        if isinstance(case, DualPrecessionCase):
+            motion = (case.precession_ratio, case.spin_rate_dual, case.nutation_dual)
+            groups.setdefault(motion, []).append(case)
+        else:
+            groups.setdefault(case.name, []).append(case)
+    return sorted(map(tuple, groups.values()), key=lambda group: -sum(case.samples for case in group))
+
+
+def _judge(paper: str) -> tuple[list[dict[str, Any]], list[tuple[str, list[dict[str, Any]], str]]]:
+    return claim_rows([paper], _silent), story_tables([paper], _silent)
+
+
+def _silent(done: int, total: int, what: str) -> None:
+    pass
 
 
 def _environment() -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -17,27 +18,73 @@ if TYPE_CHECKING:
 _ORDERS = ("panov2", "panov4", "panov6")
 
 
-def sections(result: Reproduction) -> Iterator[tuple[str, list[dict[str, Any]], str]]:
-    """Yield title, table and a sentence for each part of the summary."""
+@dataclass(frozen=True)
+class Section:
+    """A part of the summary.
+
+    Attributes
+    ----------
+    title : str
+    table : list of dict
+        Rows.
+    sentence : str
+        What they show.
+    long : bool
+        Whether the table is for the file only; the terminal then shows the sentence.
+    """
+
+    title: str
+    table: list[dict[str, Any]]
+    sentence: str = ""
+    long: bool = False
+
+
+def sections(result: Reproduction) -> Iterator[Section]:
+    """Yield the parts of the summary: what was checked, what reproduces, what does not, how the orders compare."""
     proved = sum(row["values proved"] for row in result.datasets)
-    yield (
+    yield Section(
         "Truth: generated, proved, verified",
         result.datasets,
         f"{proved:,} values, each the nearest binary64 and its rest, proved by ball arithmetic.",
     )
-    counts = verdict_counts(result.claims)
-    yield (
+    yield Section(
         "Claims: numbers printed in the papers",
-        counts,
+        verdict_counts(result.claims),
         "Every number is recomputed; a misprint is a number that a named and tested slip explains.",
     )
+    columns = ("claim", "printed", "computed", "unit", "note")
     for verdict in VERDICTS[1:]:
-        yield f"Claims that are: {verdict}", claim_table(result.claims, verdict), ""
+        rows = [{name: row[name] for name in columns} for row in claim_table(result.claims, verdict)]
+        yield Section(f"Claims: {verdict}", rows)
     for title, table, sentence in result.stories:
-        yield f"Behind it: {title}", table, sentence
-    yield "Orders 2, 4 and 6 compared", orders(result), _ratios(result)
+        yield Section(f"Behind the differences: {title}", table, sentence, long=True)
+    yield Section("Orders 2, 4 and 6 compared", orders(result), _ratios(result))
+    yield Section(
+        "Solvers on the equator, the worst over all cases",
+        solvers(result),
+        "Largest error in dv_H, correct digits at the end (relative, and mixed absolute and relative), time a row.",
+    )
     for title, table in score_tables(result.scores, result.cases):
-        yield f"Scores: {title}", table, ""
+        yield Section(f"All scores: {title}", table, long=True)
+
+
+def solvers(result: Reproduction) -> list[dict[str, Any]]:
+    """Return, for each solver of the equator, the worst of its scores over all cases."""
+    rows = [row for row in result.scores if row["dataset"] == "equator_errors" and row["status"] == "ok"]
+    table = []
+    for subject in dict.fromkeys(row["subject"] for row in rows):
+        own = [row for row in rows if row["subject"] == subject]
+        table.append(
+            {
+                "subject": subject,
+                "cases": len(own),
+                "dv_H, m/s": max(row["error_dv_up_max"] for row in own),
+                "correct digits": min(row["scd"] for row in own),
+                "mixed": min(row["mescd"] for row in own),
+                "ns a row": min(row["ns_per_sample"] for row in own),
+            }
+        )
+    return table
 
 
 def orders(result: Reproduction) -> list[dict[str, Any]]:
@@ -84,14 +131,16 @@ def headline(result: Reproduction) -> str:
 
 
 def show(result: Reproduction, output: Output) -> None:
-    """Print the summary: what was checked, what reproduces, what does not, how the orders compare."""
-    for title, table, sentence in sections(result):
-        if title.startswith("Behind it"):
-            output.line(f"{title}\n{sentence}\n")
+    """Print the summary without its long tables, which are in ``summary.md``."""
+    for section in sections(result):
+        if section.long and not section.sentence:
             continue
-        output.table(table, title=title)
-        if sentence:
-            output.line(f"{sentence}\n")
+        if section.long:
+            output.line(section.title)
+        else:
+            output.table(section.table, title=section.title)
+        if section.sentence:
+            output.line(f"{section.sentence}\n")
     output.line(headline(result))
     for failure in result.failures:
         output.line(f"does not hold: {failure}")
@@ -99,15 +148,15 @@ def show(result: Reproduction, output: Output) -> None:
 
 
 def markdown(result: Reproduction) -> str:
-    """Return the summary as Markdown."""
+    """Return the whole summary as Markdown."""
     parts = ["# What the papers print, recomputed", headline(result)]
     parts += [f"- does not hold: {failure}" for failure in result.failures]
-    for title, table, sentence in sections(result):
-        parts.append(f"## {title}")
-        if table:
-            parts.append(_markdown_table(table))
-        if sentence:
-            parts.append(sentence)
+    for section in sections(result):
+        parts.append(f"## {section.title}")
+        if section.table:
+            parts.append(_markdown_table(section.table))
+        if section.sentence:
+            parts.append(section.sentence)
     known = ", ".join(f"{name} {value}" for name, value in result.environment.items())
     parts.append(f"Made by `sinsbench reproduce` with {known}.")
     return "\n\n".join(parts) + "\n"

@@ -1,0 +1,110 @@
+"""From a claim to its verdict."""
+
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+from sinsbench.claims.model import Call, Claim, ClaimResult, load_claims, recipes
+from sinsbench.claims.quantities import Enclosure, Quantity, printed_number, rounds_to, written_like
+from sinsbench.claims.slips import SLIPS, Setting
+
+
+def evaluate(paper: str) -> list[ClaimResult]:
+    """Recompute every number of a paper and judge it.
+
+    Parameters
+    ----------
+    paper : str
+        One of `PAPERS`.
+
+    Returns
+    -------
+    list of ClaimResult
+        In the order of the paper. What was computed is kept for the life of the process.
+
+    Raises
+    ------
+    ValueError
+        If the paper is unknown.
+    """
+    return evaluate_claims(load_claims(paper))
+
+
+def evaluate_claims(claims: Iterable[Claim]) -> list[ClaimResult]:
+    """Judge claims; slips may refer to any claim among them."""
+    table = {claim.id: claim for claim in claims}
+
+    def reproduced(identifier: str) -> bool:
+        claim = table[identifier]
+        return rounds_to(_recomputed(claim).in_unit(claim.unit), claim.printed)
+
+    return [_judge(claim, table.__getitem__, reproduced) for claim in table.values()]
+
+
+def _recomputed(claim: Claim) -> Quantity:
+    return _run(claim.paper, claim.recompute.name, tuple(sorted(claim.recompute.arguments.items())))
+
+
+@cache
+def _run(paper: str, name: str, arguments: tuple[tuple[str, Any], ...]) -> Quantity:
+    quantity: Quantity = recipes(paper)[name](**dict(arguments))
+    return quantity
+
+
+def _judge(claim: Claim, other: Callable[[str], Claim], reproduced: Callable[[str], bool]) -> ClaimResult:
+    quantity = _recomputed(claim)
+    value = quantity.in_unit(claim.unit)
+    setting = Setting(claim.printed, claim.unit, quantity.radius, other, reproduced)
+    rounds = rounds_to(value, claim.printed)
+    remarks = [claim.note] if claim.note else []
+    if rounds:
+        verdict = "reproduced"
+    elif claim.slips and _explains(value, claim.slips, setting):
+        verdict = "misprint"
+        kinds = ", ".join(slip.name for slip in claim.slips)
+        remarks.insert(0, f"{kinds}; correct: {written_like(value, claim.printed)}")
+    else:
+        verdict = "not reproduced"
+        remarks = [f"recomputed: {written_like(value, claim.printed)}", *map(_attempt(claim), claim.tried), *remarks]
+    return ClaimResult(
+        paper=claim.paper,
+        id=claim.id,
+        where=claim.where,
+        quantity=claim.quantity,
+        printed=claim.printed,
+        unit=claim.unit,
+        computed=value if isinstance(value, str) else float(value.middle),
+        relative_difference=_relative_difference(value, claim.printed),
+        rounds_to_printed=rounds,
+        verdict=verdict,
+        note="; ".join(remarks),
+    )
+
+
+def _explains(value: Enclosure | str, slips: Iterable[Call], setting: Setting) -> bool:
+    slipped: Enclosure | None = value if isinstance(value, Enclosure) else None
+    for slip in slips:
+        if slipped is None:
+            return False
+        slipped = SLIPS[slip.name](slipped, setting, **slip.arguments)
+    return slipped is not None and rounds_to(slipped, setting.printed)
+
+
+def _attempt(claim: Claim) -> Callable[[Call], str]:
+    def sentence(call: Call) -> str:
+        quantity = _run(claim.paper, call.name, tuple(sorted(call.arguments.items())))
+        same = quantity.unit == claim.unit
+        number = written_like(quantity.value, claim.printed if same else "1.000e0")
+        return f"tried {call.name.replace('_', ' ')}: {number}{'' if same else ' ' + quantity.unit}"
+
+    return sentence
+
+
+def _relative_difference(value: Enclosure | str, printed: str) -> float | None:
+    number = printed_number(printed)
+    if isinstance(value, str) or number is None:
+        return None
+    if not value.middle:
+        return None if number else 0.0
+    return float((Fraction(number) - value.middle) / value.middle)

@@ -1,0 +1,79 @@
+"""Independent parts of a run on several processes, results in the order of the parts."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any
+
+#: More processes would each load the compiler and the truth anew: memory for little time.
+_MOST_PROCESSES = 2
+
+
+@dataclass(frozen=True)
+class Part:
+    """A piece of work.
+
+    Attributes
+    ----------
+    title : str
+        For the progress bar.
+    function : callable
+        A function of a module.
+    arguments : tuple
+        What it is called with; must survive pickling.
+    """
+
+    title: str
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None]) -> list[Any]:
+    """Run parts, on two processes where there are two cores, and return their results in order.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        Long ones first: the processes then end together.
+    report : callable
+        ``report(done, total, what)`` after each part.
+    """
+    processes = min(_MOST_PROCESSES, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1)
+    if processes < 2:
+        results = []
+        for number, part in enumerate(parts):
+            report(number, len(parts), part.title)
+            results.append(part.function(*part.arguments))
+        return results
+    # Started afresh and not forked: forked copies of threads and locks of numerical libraries may hang.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=context, initializer=_leave_interrupts_to_the_parent) as pool:
+        futures = [pool.submit(part.function, *part.arguments) for part in parts]
+        try:
+            _wait(futures, parts, report)
+        except BaseException:
+            # Also after an interrupt no worker goes on in the background.
+            for process in list(pool._processes.values()):
+                process.terminate()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        return [future.result() for future in futures]
+
+
+def _wait(futures: list[Future[Any]], parts: Sequence[Part], report: Callable[[int, int, str], None]) -> None:
+    open_parts = dict(zip(futures, parts, strict=True))
+    while open_parts:
+        report(len(parts) - len(open_parts), len(parts), next(iter(open_parts.values())).title)
+        finished, _ = wait(open_parts, return_when=FIRST_COMPLETED)
+        for future in finished:
+            future.result()
+            del open_parts[future]
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,1 @@
+"""Scores: errors against truth, orders, floors and cost of the subjects."""

@@ -1,0 +1,124 @@
+"""The fields of a row of scores: name, unit and meaning, as data."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+__all__ = ["FIELDS", "SCORE_FIELDS", "STATUSES", "Field", "row"]
+
+STATUSES = ("ok", "error", "wrong shape", "not finite", "not applicable")
+"""What may become of a subject: it ran; it raised; its result has another form, or holds NaN; it declined the case."""
+
+
+class Field(NamedTuple):
+    """One field of a row."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+FIELDS = (
+    Field("subject", "", "name of the subject"),
+    Field("dataset", "", "name of the dataset"),
+    Field("case", "", "name of the case"),
+    Field("interval", "s", "sampling interval; for formulas the distance of the epochs"),
+    Field("samples_per_step", "", "increments one step of the integrator consumes"),
+    Field(
+        "attitude_error_max",
+        "rad",
+        "largest angle between computed and true attitude, not below the input floor",
+    ),
+    Field("attitude_error_end", "rad", "that angle at the last epoch"),
+    Field("drift_deg_per_h", "deg/h", "attitude_error_end over the time since the start"),
+    Field(
+        "velocity_error_max",
+        "m/s",
+        "largest norm of the velocity error: inertial axes, or north, up and east",
+    ),
+    Field("velocity_error_end", "m/s", "that norm at the last epoch"),
+    Field("observed_order", "", "least-squares slope of attitude_error_max over the ladder, floor excluded"),
+    Field("order_residual", "log2", "root mean square deviation from that slope, in powers of two"),
+    Field(
+        "at_floor",
+        "",
+        "whether rounding sets attitude_error_max (formulas: that of inputs and result sets velocity_error_max)",
+    ),
+    Field("ns_per_sample", "ns", "least time over the repetitions, a sample (formulas: an epoch)"),
+    Field("flops_per_sample", "", "floating-point operations a sample"),
+    Field("status", "", f"one of: {', '.join(STATUSES)}"),
+    Field("message", "", "what went wrong, in one line"),
+    Field("order_points", "", "rungs of the ladder that observed_order rests on"),
+    Field("local_order", "", "slope of attitude_error_max to the next coarser interval"),
+    Field(
+        "floor",
+        "rad",
+        "floor of attitude_error_max: that of the inputs or, where seen and larger, of rounding",
+    ),
+    Field("input_floor", "rad", "attitude error that the rounding of the inputs alone causes, largest"),
+    Field("velocity_body_error_max", "m/s", "largest norm of the error of the velocity in body axes"),
+    Field("velocity_body_error_end", "m/s", "that norm at the last epoch"),
+    Field("velocity_observed_order", "", "as observed_order, of velocity_error_max"),
+    Field("velocity_order_residual", "log2", "as order_residual, of velocity_error_max"),
+    Field("velocity_order_points", "", "as order_points, of velocity_error_max"),
+    Field("velocity_local_order", "", "as local_order, of velocity_error_max"),
+    Field("velocity_floor", "m/s", "as floor, of velocity_error_max"),
+    Field("velocity_input_floor", "m/s", "as input_floor, of velocity_error_max"),
+    Field("velocity_at_floor", "", "as at_floor, of velocity_error_max"),
+    Field(
+        "gyro_bias_deg_per_h",
+        "deg/h",
+        "norm of the constant gyro bias, body axes, nearest to the attitude errors",
+    ),
+    Field(
+        "accelerometer_bias_ug",
+        "ug",
+        "norm of the constant accelerometer bias nearest to the velocity errors",
+    ),
+    Field("predicted_drift_deg_per_h", "deg/h", "asymptotic drift_deg_per_h"),
+    Field("predicted_velocity_error_end", "m/s", "asymptotic velocity_error_end"),
+    Field("quaternion_norm_error_max", "", "largest deviation of the quaternion's norm from 1"),
+    Field("error_dv_north_max", "m/s", "largest error of dv_N"),
+    Field("error_dv_up_max", "m/s", "largest error of dv_H"),
+    Field("error_dv_east_max", "m/s", "largest error of dv_E"),
+    Field("error_d_height_max", "m", "largest error of dH"),
+    Field("error_d_latitude_max", "rad", "largest error of dphi"),
+    Field("error_d_longitude_max", "rad", "largest error of dlambda"),
+    Field("scd", "digits", "significant correct digits at the last epoch: -log10 of the largest relative error"),
+    Field(
+        "mescd",
+        "digits",
+        "the same with mixed errors |e| / (s + |x|), s = sqrt(g R), R, 1 for velocity, height, angle",
+    ),
+    Field("ulp_max", "ulp", "largest error in units in the last place of the true value, where that is not zero"),
+)
+
+SCORE_FIELDS = tuple(field.name for field in FIELDS)
+"""Names of the fields; every row has all of them, None where one does not apply."""
+
+
+def row(**values: Any) -> dict[str, Any]:
+    """Return a row with every field, of plain values; NaN and infinity become None.
+
+    Raises
+    ------
+    KeyError
+        For a name that is not a field.
+    """
+    unknown = set(values) - set(SCORE_FIELDS)
+    if unknown:
+        raise KeyError(f"no such fields: {', '.join(sorted(unknown))}")
+    return {name: _plain(values.get(name)) for name in SCORE_FIELDS}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def merged(*parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row from several groups of fields."""
+    return row(**{name: value for part in parts for name, value in part.items()})

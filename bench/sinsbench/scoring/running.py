@@ -1,0 +1,190 @@
+"""Run a stranger's code: time it, and turn whatever goes wrong into a status and one line."""
+
+import contextlib
+import sys
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinsbench.subjects.equator_model import NotApplicableError
+
+__all__ = ["IntegratorOutput", "RunError", "checked_integrator_output", "checked_states", "run"]
+
+Array = NDArray[np.float64]
+
+_COLUMNS = {"attitude": 4, "velocity_inertial": 3, "velocity_body": 3}
+_MESSAGE_LENGTH = 300
+
+
+class RunError(Exception):
+    """A subject did not yield a usable result.
+
+    Parameters
+    ----------
+    status : str
+        One of `sinsbench.scoring.rows.STATUSES`.
+    message : str
+        One line.
+    """
+
+    def __init__(self, status: str, message: str) -> None:
+        line = " ".join(message.split())
+        super().__init__(line if len(line) <= _MESSAGE_LENGTH else line[: _MESSAGE_LENGTH - 3] + "...")
+        self.status = status
+
+
+def run(
+    function: Callable[..., Any],
+    arguments: tuple[Any, ...],
+    repetitions: int = 3,
+    warm: bool = False,
+    budget: float = 0.3,
+) -> tuple[Any, float]:
+    """Call a subject, and again for its time.
+
+    Parameters
+    ----------
+    function : callable
+    arguments : tuple
+        Arrays among them are copied for each call: a subject may write into its arguments.
+    repetitions : int, default 3
+        Timed calls at most; 0 for none.
+    warm : bool
+        Whether the first call may be timed too; otherwise it may compile, and does not count.
+    budget : float, default 0.3
+        Time after which no further repetition starts, s.
+
+    Returns
+    -------
+    result : object
+        What the first call returned.
+    seconds : float
+        Least time of the timed calls; NaN if there was none.
+
+    Raises
+    ------
+    RunError
+        If a call raises.
+    """
+    result, first = _call(function, arguments)
+    times = [first] if warm and repetitions else []
+    while len(times) < repetitions and sum(times) < budget:
+        times.append(_call(function, arguments)[1])
+    return result, min(times, default=float("nan"))
+
+
+def _call(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, float]:
+    own = tuple(x.copy() if isinstance(x, np.ndarray) else x for x in arguments)
+    try:
+        # A subject's warnings and prints are its own affair: standard output belongs to the results.
+        with warnings.catch_warnings(), contextlib.redirect_stdout(sys.stderr):
+            warnings.simplefilter("ignore")
+            start = time.perf_counter()
+            result = function(*own)
+            return result, time.perf_counter() - start
+    except NotApplicableError as error:
+        raise RunError("not applicable", str(error)) from error
+    except (Exception, SystemExit) as error:  # a stranger's code may raise anything
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        place = f" ({Path(last.filename).name}, line {last.lineno})" if last.filename != __file__ else ""
+        raise RunError("error", f"{type(error).__name__}: {error}{place}") from error
+
+
+@dataclass(frozen=True)
+class IntegratorOutput:
+    """Checked result of an integrator.
+
+    Attributes
+    ----------
+    samples_per_step : int
+    attitude : ndarray, shape (m+1, 4), or None
+    velocity_inertial, velocity_body : ndarray, shape (m+1, 3), or None
+    """
+
+    samples_per_step: int
+    attitude: Array | None
+    velocity_inertial: Array | None
+    velocity_body: Array | None
+
+
+def checked_integrator_output(result: Any, samples: int) -> IntegratorOutput:
+    """Check what an integrator returned for n samples.
+
+    Parameters
+    ----------
+    result : object
+        The quaternions, or a mapping with any of ``attitude``, ``velocity_inertial``, ``velocity_body``.
+    samples : int
+        Number n of samples it was given.
+
+    Raises
+    ------
+    RunError
+        If a shape is wrong, n is not a multiple of the number of steps, a value is not finite, or a quaternion is zero.
+    """
+    given = result if isinstance(result, Mapping) else {"attitude": result}
+    arrays = {name: _array(name, given[name]) for name in _COLUMNS if given.get(name) is not None}
+    if not arrays:
+        raise RunError("wrong shape", f"the result holds none of {', '.join(_COLUMNS)}")
+    rows = {name: len(array) for name, array in arrays.items() if array.ndim}
+    if len(set(rows.values())) > 1:
+        raise RunError("wrong shape", f"the numbers of rows differ: {', '.join(f'{n} {m}' for n, m in rows.items())}")
+    for name, array in arrays.items():
+        m = len(array) - 1 if array.ndim else 0
+        if array.ndim != 2 or array.shape[1] != _COLUMNS[name] or m < 1 or samples % m:
+            hint = "; is the initial row missing?" if array.ndim == 2 and m >= 0 and samples % (m + 1) == 0 else ""
+            raise RunError(
+                "wrong shape",
+                f"{name} has shape {array.shape}; (m+1, {_COLUMNS[name]}) is needed, the initial row and one a step, "
+                f"for {samples} samples in m equal steps{hint}",
+            )
+    for name, array in arrays.items():
+        _check_finite(name, array)
+    attitude = arrays.get("attitude")
+    if attitude is not None and not np.any(attitude != 0, axis=1).all():
+        first = int(np.argmin(np.any(attitude != 0, axis=1)))
+        raise RunError("error", f"attitude is zero, no rotation, in row {first}")
+    return IntegratorOutput(
+        samples // (next(iter(rows.values())) - 1),
+        attitude,
+        arrays.get("velocity_inertial"),
+        arrays.get("velocity_body"),
+    )
+
+
+def checked_states(result: Any, epochs: int) -> Array:
+    """Check what an equator subject returned for n epochs, and return it as an (n, 6) array.
+
+    Raises
+    ------
+    RunError
+        If the shape is wrong or a value is not finite.
+    """
+    states = _array("the result", result)
+    if states.shape != (epochs, 6):
+        raise RunError("wrong shape", f"the result has shape {states.shape}; ({epochs}, 6) is needed")
+    _check_finite("the result", states)
+    return states
+
+
+def _array(name: str, value: Any) -> Array:
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu":
+            raise TypeError(f"its elements are {array.dtype}")
+        return array.astype(np.float64)
+    except (TypeError, ValueError) as error:
+        raise RunError("wrong shape", f"{name} is not an array of real numbers: {error}") from error
+
+
+def _check_finite(name: str, array: Array) -> None:
+    finite = np.isfinite(array).all(axis=1)
+    if not finite.all():
+        raise RunError("not finite", f"{name} holds NaN or infinity, first in row {int(np.argmin(finite))}")

@@ -1,0 +1,52 @@
+"""Rows per second of the data package: generation, verification, reading."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+
+from sinsdata.generate import Generated, generate
+from sinsdata.schema import DATASETS
+from sinsdata.tiers import paper_cases
+from sinsdata.verify import verify
+
+
+def _rows(made: Generated) -> int:
+    return sum(entry["rows"] for entry in made.manifest["tables"].values())
+
+
+def _record(benchmark: Any, rows: int) -> None:
+    benchmark.extra_info["rows"] = rows
+    benchmark.extra_info["rows_per_second"] = round(rows / benchmark.stats.stats.min)
+
+
+@pytest.fixture(scope="module", params=list(DATASETS))
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Generated:
+    dataset: str = request.param
+    return generate(dataset, "paper", paper_cases(dataset), tmp_path_factory.mktemp("data"))
+
+
+@pytest.mark.parametrize("dataset", DATASETS)
+def bench_generate(benchmark: Any, dataset: str, tmp_path: Path) -> None:
+    """Rows of certified pairs, from the cases to a dataset on disk."""
+    cases = paper_cases(dataset)
+    generated = benchmark.pedantic(generate, (dataset, "paper", cases, tmp_path), rounds=3, iterations=1)
+    _record(benchmark, _rows(generated))
+
+
+def bench_verify(benchmark: Any, made: Generated) -> None:
+    """Rows hashed twice, and three rows of each case and table computed again by mpmath."""
+    checks = benchmark.pedantic(lambda: list(verify(made.folder)), rounds=3, iterations=1)
+    assert all(check.holds for check in checks)
+    _record(benchmark, _rows(made))
+
+
+def bench_read(benchmark: Any, made: Generated) -> None:
+    """Rows of all tables read by pyarrow."""
+    tables = benchmark(lambda: [pq.read_table(path) for path in sorted(made.folder.glob("*.parquet"))])
+    rows = sum(len(table) for table in tables)
+    assert rows == _rows(made)
+    _record(benchmark, rows)
