@@ -106,6 +106,8 @@ class MpArithmetic:
         return float(self.context.eps)
 
     def number(self, value: Exact) -> Number:
+        if isinstance(value, str):
+            value = ExactNumber(value)
         if isinstance(value, ExactNumber):
             return value.evaluate(self)
         if isinstance(value, Fraction):

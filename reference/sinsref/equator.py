@@ -209,7 +209,9 @@ def series_functions(ar: Arithmetic, p: Number, q: Number, time: Number, forcing
     even, odd = one, time  # t^(2n)/(2n)!, t^(2n+1)/(2n+1)!
     sums = [alpha * even, alpha * odd, beta * even, beta * odd]
     size, n = 1.0, 0
-    while size > ar.resolution * 1e-6 or 4 * reach > (2 * n) ** 2:
+    # The first terms of the sums are up to reach^2 below the size: they set the scale where the reach is small.
+    enough = ar.resolution * 1e-6 * min(1.0, reach) ** 2
+    while n < 3 or size > enough or 4 * reach > (2 * n) ** 2:
         n += 1
         alpha, beta = q * beta, alpha - p * beta
         if forcing is not None:
@@ -233,7 +235,8 @@ def series_functions(ar: Arithmetic, p: Number, q: Number, time: Number, forcing
 def guard_bits(ar: Arithmetic, model: EquatorModel, time: Number) -> int:
     """Return how many bits `series_functions` may lose by cancellation up to a time."""
     bound = ar.magnitude(model.p) + ar.magnitude(model.q) ** 0.5
-    return ceil(2.0 * bound**0.5 * ar.magnitude(time) * log2(e)) + 8
+    reach = float(bound**0.5 * ar.magnitude(time))
+    return ceil(2 * reach * log2(e)) + 8
 
 
 def apply(matrix: Sequence[Sequence[Number]], vector: Sequence[Number]) -> list[Number]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import math
+import re
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
 
 GRAMMAR = "decimal numbers, pi, + - * /, parentheses, sqrt(), sin(), cos()"
 _MAXIMUM_LENGTH = 200
+#: A plain decimal. Three digits of exponent: a thousand times as many would fill the memory with one integer.
+_DECIMAL = re.compile(r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
+#: The longest plain decimal that is read: the expansion of a binary64 has up to 767 digits.
+_MAXIMUM_DIGITS = 800
 _FUNCTIONS = ("sqrt", "sin", "cos")
 _OPERATORS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 
@@ -73,12 +78,14 @@ class ExactNumber:
         self._tree = Fraction(value)
 
     def _check(self) -> None:
-        from sinsref.arithmetic import MpArithmetic
+        from sinsref.pi_monomials import PiMonomialArithmetic
 
+        # In the arithmetic that knows exact zeros: 1/sin(pi) is as inadmissible as 1/0, and a root of a
+        # negative number or a quotient whose denominator may be zero is a ball without bounds.
         try:
-            value = self.evaluate(MpArithmetic(30))
-            finite = math.isfinite(float(value))
-        except (ZeroDivisionError, TypeError, OverflowError):  # a complex square root has no float
+            with PiMonomialArithmetic(256) as arithmetic:
+                finite = math.isfinite(float(self.evaluate(arithmetic)))
+        except (ZeroDivisionError, OverflowError):
             finite = False
         if not finite:
             raise ExpressionError(f"{self.text!r} has no finite real value")
@@ -119,6 +126,8 @@ Exact: TypeAlias = int | float | str | Fraction | ExactNumber
 
 
 def _parse(text: str) -> Any:
+    if len(text) <= _MAXIMUM_DIGITS and _DECIMAL.fullmatch(text):
+        return Fraction(text)
     if not text or len(text) > _MAXIMUM_LENGTH:
         raise ExpressionError(f"an expression has 1 to {_MAXIMUM_LENGTH} characters, not {len(text)}")
     try:
@@ -131,8 +140,8 @@ def _parse(text: str) -> Any:
 def _reduce(node: ast.expr, text: str) -> Any:
     """Reduce a syntax tree to nested tuples; numbers become fractions of their decimal text, never floats."""
     match node:
-        case ast.Constant() if type(node.value) in (int, float):
-            return Fraction((ast.get_source_segment(text, node) or "").replace("_", ""))
+        case ast.Constant() if _DECIMAL.fullmatch(ast.get_source_segment(text, node) or ""):
+            return Fraction(ast.get_source_segment(text, node) or "")
         case ast.Name(id="pi"):
             return "pi"
         case ast.UnaryOp(op=ast.USub() | ast.UAdd()):

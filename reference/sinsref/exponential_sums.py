@@ -66,7 +66,7 @@ class ExponentialSum:
         return self + (-ExponentialSum.of(other))
 
     def __rsub__(self, other: Number) -> ExponentialSum:
-        return (-self) + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Number) -> ExponentialSum:
         if not isinstance(other, ExponentialSum):
@@ -95,7 +95,7 @@ def _sum_of_keys(a: Key, b: Key) -> Key:
     return tuple(total)
 
 
-def _constant(x: Number) -> arb:
+def _constant(x: Number) -> Number:
     if not isinstance(x, ExponentialSum):
         return x
     if set(x.terms) - {(0, ())}:

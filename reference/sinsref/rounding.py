@@ -7,12 +7,14 @@ again, in more bits and with exact zeros known (`sinsref.pi_monomials`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 
 import numpy as np
+from flint import arb
 from numpy.typing import NDArray
 
 from sinsref.arithmetic import Arithmetic, BallArithmetic, Number
@@ -88,7 +90,11 @@ def round_balls(
     negligible = head_decided & (distance < NEGLIGIBLE * np.abs(high))
     low = np.where(negligible, 0.0, low)
     exact = (low == 0) & (left == 0)
-    return high, low, exact | (head_decided & (low_decided | negligible))
+    decided = exact | (head_decided & (low_decided | negligible))
+    # A remainder below the smallest binary64 has underflowed to 0 without being 0.
+    for place in np.flatnonzero(decided & (left == 0) & ~negligible):
+        decided[place] = (rests[place] - float(low[place])).is_zero()
+    return high, low, decided
 
 
 def _half_gap(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -139,8 +145,10 @@ def _round_some(
         if len(pairs) == len(wanted):
             return pairs
     for place in set(wanted) - set(pairs):
-        if float(values[place].abs_upper()) >= TINY:
-            raise UndecidedError(f"{bits} bits do not decide the binary64 nearest to {values[place].str(20)}")
+        value = values[place]
+        ball = value.ball() if isinstance(value, PiMonomial) else value
+        if not float(ball.abs_upper()) < TINY:  # also where it is not a number
+            raise UndecidedError(f"{bits} bits do not decide the binary64 nearest to {ball.str(20)}")
         tally.bounded_zeros += 1
         pairs[place] = 0.0, 0.0
     return pairs
@@ -154,8 +162,23 @@ def _pair(value: Number, tally: RoundingTally) -> tuple[float, float] | None:
             nearest = float(value.coefficient)  # rationals round exactly, ties included
             return nearest, float(value.coefficient - Fraction(nearest))
         value = value.ball()
-    high, low, decided = round_balls([value])
-    return (float(high[0]), float(low[0])) if decided[0] else None
+    # As in `round_balls`, but compared as balls and each side by itself: this also decides subnormal numbers
+    # and numbers just above a power of two.
+    high = float(value)
+    rest = value - high
+    low = float(rest)
+    if not (rest.is_zero() or (high and _rounds_to(high, rest))):
+        return None
+    if high and abs(rest) < abs(arb(high)) * NEGLIGIBLE:
+        return high, 0.0
+    left = rest - low
+    return (high, low + 0.0) if left.is_zero() or _rounds_to(low, left) else None
+
+
+def _rounds_to(x: float, rest: arb) -> bool:
+    """Return whether x is certainly the binary64 nearest to x + rest."""
+    above, below = math.nextafter(x, math.inf) - x, x - math.nextafter(x, -math.inf)
+    return bool(-arb(below) < rest * 2 < arb(above))
 
 
 def pairs_at(

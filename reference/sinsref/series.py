@@ -58,7 +58,7 @@ class Series:
         return Series(lambda k: self[k], (self[0] - other,))
 
     def __rsub__(self, other: Number) -> Series:
-        return -self + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Number) -> Series:
         if isinstance(other, Series):

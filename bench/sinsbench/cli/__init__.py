@@ -25,7 +25,7 @@ def run(arguments: list[str]) -> int:
     arguments : list of str
         What stands behind ``sinsbench``.
     """
-    # Matrices here are 6 x 6: a library that starts threads for them spends its time on waking these, up to 300 times more.
+    # Matrices here are 6 x 6: a library that starts threads for them spends its time on waking these.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import typer
 
