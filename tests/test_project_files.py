@@ -23,16 +23,9 @@ PAGES = [*sorted(ROOT.glob("*.md")), *PAPERS, *CARDS]
 # The columns that users may rely on. A card explains all of them, and may explain more.
 TRANSITION_ELEMENTS = "11 15 22 23 24 26 32 33 34 36 42 43 44 46 51 55 62 63 64 66"
 PROMISED_COLUMNS = {
-    ("equator_errors", "cases"): (
-        "case v_east height duration interval initial_errors misalignment inertial_longitude"
-    ),
     ("equator_errors", "truth"): "case time dv_north dv_up dv_east d_height d_latitude d_longitude",
     ("equator_errors", "modes"): "case beta3 omega mu",
     ("equator_errors", "transition"): "case time p" + TRANSITION_ELEMENTS.replace(" ", " p"),
-    ("dual_precession", "cases"): (
-        "case spin_rate precession_ratio nutation spin_rate_dual nutation_dual "
-        "initial_attitude initial_velocity interval duration"
-    ),
     ("dual_precession", "increments"): (
         "case sample time angle_x angle_y angle_z velocity_x velocity_y velocity_z"
     ),

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from sinsdata.truth import TRANSITION_ELEMENTS
+from sinsref.earth import EQUATORIAL_GRAVITY, ROTATION_RATE, SEMI_MAJOR_AXIS
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -89,6 +92,8 @@ class DatasetSchema:
         The paper.
     doi : str
         Of the paper; empty where it has none.
+    parameters : mapping of str to str
+        Constants and conventions that hold for all cases.
     tables : mapping of str to tuple of Column
     """
 
@@ -97,6 +102,7 @@ class DatasetSchema:
     version: str
     source: str
     doi: str
+    parameters: Mapping[str, str]
     tables: Mapping[str, tuple[Column, ...]]
 
 
@@ -197,6 +203,13 @@ DATASETS: Mapping[str, DatasetSchema] = {
             "Loginov M. Yu., Tkachenko M. G., Chelnokov Yu. N., Izv. Saratov Univ. Math. Mech. Inform. 13 (2013)",
             "10.18500/1816-9791-2013-13-1-1-69-84",
             {
+                "rotation_rate, rad/s": ROTATION_RATE.text,
+                "semi_major_axis, m": SEMI_MAJOR_AXIS.text,
+                "equatorial_gravity, m/s^2": EQUATORIAL_GRAVITY.text,
+                "earth": "sphere, gravity inverse to the square of the distance",
+                "errors": "computed minus true",
+            },
+            {
                 "cases": (_CASE, *_EQUATOR_CASES),
                 "truth": (_CASE, _TIME, *_STATE),
                 "modes": (_CASE, *_MODES),
@@ -210,6 +223,10 @@ DATASETS: Mapping[str, DatasetSchema] = {
             "Lebedev D. V., Panov A. P., Synthesis of high-accuracy algorithms for the apparent velocity, 1989",
             "",
             {
+                "quaternions": "scalar first, Hamilton product, body to inertial",
+                "increments": "integrals of angular rate and specific force in body axes over the sample",
+            },
+            {
                 "cases": (_CASE, *_PRECESSION_CASES),
                 "increments": (_CASE, _SAMPLE, _TIME, *_INCREMENTS),
                 "truth": (_CASE, _SAMPLE, _TIME, *_ATTITUDE),
@@ -217,6 +234,11 @@ DATASETS: Mapping[str, DatasetSchema] = {
         ),
     )
 }
+
+
+def without_generator(schema: pa.Schema) -> pa.Schema:
+    """Return a schema without the name of the program that wrote it: any version writes the same data."""
+    return schema.with_metadata({k: v for k, v in (schema.metadata or {}).items() if k != b"generator"})
 
 
 def arrow_schema(dataset: str, table: str) -> pa.Schema:
@@ -232,7 +254,9 @@ def arrow_schema(dataset: str, table: str) -> pa.Schema:
         "source": about.source,
         "doi": about.doi,
         "digits": "32",
+        "parameters": json.dumps(about.parameters),
         "license": "CC0-1.0",
+        "generator": f"sinsbench {version('sinsbench')}",
     }
     fields = [field for column in about.tables[table] for field in column.fields()]
     return pa.schema(fields, metadata={key: value for key, value in metadata.items() if value})

@@ -192,6 +192,11 @@ def series_functions(ar: Arithmetic, p: Number, q: Number, time: Number, forcing
         force that oscillates with the square of its rate equal to -r. Nothing is divided by A^2 - r:
         resonance is an ordinary value.
 
+    Raises
+    ------
+    OverflowError
+        If the functions grow beyond the range of binary64, about exp(690).
+
     Notes
     -----
     With B = A^2 every power is B^n = alpha_n + beta_n B, and multiplying by B gives alpha' = q beta,
@@ -221,6 +226,8 @@ def series_functions(ar: Arithmetic, p: Number, q: Number, time: Number, forcing
         for place, term in enumerate((alpha * even, alpha * odd, beta * even, beta * odd)):
             sums[place] = sums[place] + term
         size *= reach / ((2 * n - 1) * (2 * n))
+        if size > 1e300:
+            raise OverflowError(f"the terms of the series grow beyond binary64: sqrt({reach:.3g}) e-foldings")
     # |alpha_n| <= n^2 bound^(n-s), |beta_n| <= n^2 bound^(n-s-1), s = 1 with forcing, else 0. Behind the
     # last term they fall by a quarter each and n^2 grows by less than a half, so all that is left is within
     # the size of n^2 bound^n times the last factor.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import re
+import warnings
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -131,7 +132,9 @@ def _parse(text: str) -> Any:
     if not text or len(text) > _MAXIMUM_LENGTH:
         raise ExpressionError(f"an expression has 1 to {_MAXIMUM_LENGTH} characters, not {len(text)}")
     try:
-        body = ast.parse(text, mode="eval").body
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SyntaxWarning)  # what is odd is refused below, in our own words
+            body = ast.parse(text, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"cannot read {text!r}; admissible: {GRAMMAR}") from None
     return _reduce(body, text)

@@ -46,12 +46,15 @@ class RoundingTally:
         Values known to be exactly zero, by exact arithmetic and not by a ball.
     bounded_zeros : int
         Values proved smaller than 1e-300 but not known to be zero; stored as 0.
+    bounded_ties : int
+        Values that 4096 bits do not tell from the middle between two binary64; stored as the even one and its rest.
     """
 
     values: int = 0
     raised: int = 0
     exact_zeros: int = 0
     bounded_zeros: int = 0
+    bounded_ties: int = 0
 
 
 def round_balls(
@@ -120,7 +123,7 @@ def round_value(formula: Callable[[Arithmetic], Number], tally: RoundingTally | 
     Raises
     ------
     UndecidedError
-        If 4096 bits do not decide the value and do not prove it below 1e-300.
+        If 4096 bits do not decide the value, nor prove it below 1e-300, nor at a tie.
     """
     return _round_some(lambda arithmetic: [formula(arithmetic)], [0], tally or RoundingTally())[0]
 
@@ -147,11 +150,41 @@ def _round_some(
     for place in set(wanted) - set(pairs):
         value = values[place]
         ball = value.ball() if isinstance(value, PiMonomial) else value
-        if not float(ball.abs_upper()) < TINY:  # also where it is not a number
+        if float(ball.abs_upper()) < TINY:
+            tally.bounded_zeros += 1
+            pairs[place] = 0.0, 0.0
+        elif (tie := _tie(ball)) is not None:
+            tally.bounded_ties += 1
+            pairs[place] = tie
+        else:
             raise UndecidedError(f"{bits} bits do not decide the binary64 nearest to {ball.str(20)}")
-        tally.bounded_zeros += 1
-        pairs[place] = 0.0, 0.0
     return pairs
+
+
+def _tie(value: Number) -> tuple[float, float] | None:
+    """Return the pair of a value that no precision tells from a tie, to the even neighbour; None where it is no tie.
+
+    Ties come about where an exact value is reached through irrational numbers, as 2 cos(pi/3) is.
+    """
+    if not value.is_finite():
+        return None
+    with BallArithmetic(ESCALATION[-1]):
+        head = _even(float(value), value)
+        rest = value - head
+        tail = _even(float(rest), rest)
+        left = float((rest - tail).abs_upper())
+    ulp_of_tail = float(np.spacing(abs(tail)))
+    return (head, tail) if left <= ulp_of_tail * (0.5 + 2.0**-40) else None
+
+
+def _even(nearest: float, value: Number) -> float:
+    """Return, of two neighbours that the value lies between half way, the one with an even significand."""
+    side = np.inf if value - nearest > 0 else -np.inf
+    other = float(np.nextafter(nearest, side))
+    half_way = (arb(nearest) + arb(other)) / 2
+    if not value.contains(half_way.mid()) and not (value - half_way).contains(0):
+        return nearest
+    return nearest if np.float64(nearest).view(np.int64) % 2 == 0 else other
 
 
 def _pair(value: Number, tally: RoundingTally) -> tuple[float, float] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -173,6 +174,28 @@ def test_the_last_of_several_writers_stays(tmp_path: Path) -> None:
             (second / "a").write_text("second")
         assert (target / "a").read_text() == "second"
     assert (target / "a").read_text() == "first"
+    assert [path.name for path in tmp_path.iterdir()] == ["target"]
+
+
+def test_a_place_that_another_writer_clears_meanwhile_is_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The target exists when it is tried, and is gone when the failure is looked at."""
+    target, rename = tmp_path / "target", Path.rename
+
+    def contested(path: Path, place: Path) -> Path:
+        try:
+            return rename(path, place)
+        except OSError:
+            shutil.rmtree(target)
+            raise
+
+    target.mkdir()
+    (target / "a").write_text("of another writer")
+    with replacing(target) as folder:
+        (folder / "a").write_text("new")
+        monkeypatch.setattr(Path, "rename", contested)
+    assert (target / "a").read_text() == "new"
     assert [path.name for path in tmp_path.iterdir()] == ["target"]
 
 

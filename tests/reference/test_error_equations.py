@@ -225,9 +225,7 @@ def test_end_to_end_from_the_nonlinear_equations(v_east, height):
             return [(x - y) / (2 * small) for x, y in zip(function(1), function(-1), strict=True)]
 
         # Steps of 150 s at rates below 1/200 s: 0.75^36/36! is 1e-46.
-        found = quotient(
-            lambda sign: integrate(ar, field, perturbed(sign), zero, time, steps=6, order=36)
-        )[:6]
+        found = quotient(lambda sign: integrate(ar, field, perturbed(sign), zero, time, steps=6, order=36))[:6]
 
         def rows_of_c_lambda(sign):  # row m is axis m of the body in inertial axes
             displaced = perturbed(sign)
@@ -235,9 +233,7 @@ def test_end_to_end_from_the_nonlinear_equations(v_east, height):
             return [x for m in range(3) for x in rotate(whole, [ar.number(int(i == m)) for i in range(3)])]
 
         change, exact = quotient(rows_of_c_lambda), rows_of_c_lambda(0)
-        tilt = [
-            [sum(change[3 * m + i] * exact[3 * m + j] for m in range(3)) for j in range(3)] for i in range(3)
-        ]
+        tilt = [[sum(change[3 * m + i] * exact[3 * m + j] for m in range(3)) for j in range(3)] for i in range(3)]
         model = EquatorModel.at(ar, ExactNumber(v_east), ExactNumber(height))
         expected = solution(ar, model, initial, Misalignment(tilt, longitude), time)
         speed = ar.sqrt(model.gravity * model.radius)

@@ -25,9 +25,7 @@ deterministic = settings(derandomize=True, deadline=None, database=None, max_exa
 few = settings(derandomize=True, deadline=None, database=None, max_examples=8)
 AR = MpArithmetic(60)
 ratios = st.one_of(st.sampled_from([0.0, 1.0, -1.0, 0.5, 1e-12, -1e-3]), st.floats(-2, 2))
-nutations = st.one_of(
-    st.sampled_from(["0", "pi", "pi/2", "pi/18", "1e-20", "pi - 1e-15"]), st.floats(1e-6, 3.1)
-)
+nutations = st.one_of(st.sampled_from(["0", "pi", "pi/2", "pi/18", "1e-20", "pi - 1e-15"]), st.floats(1e-6, 3.1))
 velocities = st.floats(-100, 100)
 
 
@@ -194,9 +192,7 @@ def test_the_solution_is_the_one_of_the_differential_equations(motion, end):
     # Fewer than 1.5 rad a step (the rates of Lambda, of a and of W_E add up): 1.5^55 / 55! is 1e-63.
     steps = int(abs(float(motion.spin_rate)) * (2 + abs(float(motion.precession_ratio))) * end / 1.5) + 1
     with BallArithmetic(256) as balls:
-        initial, expected = (
-            [x for part in solution(balls, motion, balls.number(t)) for x in part] for t in (0, end)
-        )
+        initial, expected = ([x for part in solution(balls, motion, balls.number(t)) for x in part] for t in (0, end))
         reached = integrate(balls, field, initial, balls.number(0), balls.number(end), steps=steps, order=55)
         scale = 1 + max(balls.magnitude(x) for x in expected)
         assert max(balls.magnitude(x - y) for x, y in zip(reached, expected, strict=True)) < 1e-45 * scale

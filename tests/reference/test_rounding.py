@@ -106,8 +106,21 @@ def test_ordinary_values_are_decided_at_once():
 
 
 @pytest.mark.parametrize(
-    "text", ["pi*1e-299", "pi*1e-305", "-pi*1e-310", "sqrt(2)*1e-300", "sqrt(2)*1e-323", "-pi/3", "pi*3e307", "1 + pi*3e-17", "-1 - pi*3e-17",
-     "1 - pi*1e-17", "1 + 0.0009765625*(1 + pi*3e-17)", "2 + pi*4e-17"],
+    "text",
+    [
+        "pi*1e-299",
+        "pi*1e-305",
+        "-pi*1e-310",
+        "sqrt(2)*1e-300",
+        "sqrt(2)*1e-323",
+        "-pi/3",
+        "pi*3e307",
+        "1 + pi*3e-17",
+        "-1 - pi*3e-17",
+        "1 - pi*1e-17",
+        "1 + 0.0009765625*(1 + pi*3e-17)",
+        "2 + pi*4e-17",
+    ],
 )
 def test_irrational_values_round_as_a_close_rational_does(text):
     with BallArithmetic(5000) as balls:
@@ -185,3 +198,17 @@ def test_settle_changes_undecided_places_only():
     assert (high[:, 1] == np.arange(4) / 3).all()
     assert low[1, 1] == expected_pair(Fraction(1, 3))[1]
     assert (tally.values, tally.raised, tally.exact_zeros) == (8, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "pair"),
+    [
+        # 2 cos(pi/3) is 1, and sqrt(2)^2 is 2, but no ball knows: what is added is half a unit in the last place.
+        ("sqrt(2)*sqrt(2)/2 + 1.1102230246251565404236316680908203125e-16", (1.0, 2.0**-53)),
+        ("sqrt(2)*sqrt(2)/2 + 3*1.1102230246251565404236316680908203125e-16", (1.0 + 2.0**-51, -(2.0**-53))),
+        ("-sqrt(2)*sqrt(2)/2 - 1.1102230246251565404236316680908203125e-16", (-1.0, -(2.0**-53))),
+        ("sqrt(2)*sqrt(2)/2", (1.0, 0.0)),
+    ],
+)
+def test_a_tie_that_no_precision_decides_goes_to_the_even_neighbour(text: str, pair: tuple[float, float]) -> None:
+    assert round_value(ExactNumber(text).evaluate) == pair

@@ -203,7 +203,5 @@ def test_the_error_falls_with_the_order_as_power_of_the_step(order):
 
 
 def test_the_start_of_the_time_counts():
-    (found,) = integrate(
-        AR, lambda ar, t, y: [2 * t], [AR.number(0)], AR.number(3), AR.number(5), steps=3, order=4
-    )
+    (found,) = integrate(AR, lambda ar, t, y: [2 * t], [AR.number(0)], AR.number(3), AR.number(5), steps=3, order=4)
     assert abs(found - 16) < CLOSE
