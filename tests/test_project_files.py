@@ -26,9 +26,7 @@ PROMISED_COLUMNS = {
     ("equator_errors", "truth"): "case time dv_north dv_up dv_east d_height d_latitude d_longitude",
     ("equator_errors", "modes"): "case beta3 omega mu",
     ("equator_errors", "transition"): "case time p" + TRANSITION_ELEMENTS.replace(" ", " p"),
-    ("dual_precession", "increments"): (
-        "case sample time angle_x angle_y angle_z velocity_x velocity_y velocity_z"
-    ),
+    ("dual_precession", "increments"): ("case sample time angle_x angle_y angle_z velocity_x velocity_y velocity_z"),
     ("dual_precession", "truth"): (
         "case sample time q_w q_x q_y q_z w_inertial_x w_inertial_y w_inertial_z w_body_x w_body_y w_body_z"
     ),

@@ -1,8 +1,8 @@
 """What certified truth costs a row, beside a plain mpmath loop of the same closed form at 50 digits.
 
 Both give pairs of binary64; only the certified ones are proved. The ratio of the row rates of one run is in
-`extra_info`; the certified rate is to be at least ten times the plain one. The loop computes what does not depend on time
-once, as a careful author would.
+`extra_info`; the certified rate is to be at least ten times the plain one. The loop computes what does not depend
+on time once, as a careful author would.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def bench_certified_rows(benchmark: BenchmarkFixture, name: str) -> None:
         plain_seconds.append((middle - start) / len(tables["plain"]))
         assert tally.values >= ROWS
 
-    benchmark.pedantic(once, rounds=5, warmup_rounds=1)
+    benchmark(once)
 
     high = np.concatenate([block.high for block in tables["certified"]])
     low = np.concatenate([block.low for block in tables["certified"]])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sinsref.arithmetic import Arithmetic, BallArithmetic, Number
 from sinsref.exact import ExactNumber
 from sinsref.exponential_sums import ExponentialSumArithmetic, NotAnExponentialSumError, Table
-from sinsref.rounding import RoundingTally, pairs_at, round_balls, settle
+from sinsref.rounding import RoundingTally, pairs_at, settle
 
 #: ``formula(arithmetic, time)`` returns the values of a row.
 RowFormula: TypeAlias = Callable[[Arithmetic, Number], Sequence[Number]]
@@ -80,10 +80,7 @@ def blocks(
             high, low = pairs_at(at, index.tolist(), bits, tally)
         else:
             with BallArithmetic(bits):
-                rounded = [round_balls(column) for column in table.balls(start, len(index))]
-            high = np.column_stack([part[0] for part in rounded])
-            low = np.column_stack([part[1] for part in rounded])
-            decided = np.column_stack([part[2] for part in rounded])
+                high, low, decided = table.pairs(start, len(index))
             settle(at, index.tolist(), high, low, decided, tally)
         yield Block(index, high[:, 0], low[:, 0], high[:, 1:], low[:, 1:])
 

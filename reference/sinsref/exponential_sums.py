@@ -10,14 +10,18 @@ the fine epochs only, the products run compiled, and every digit stays enclosed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import zip_longest
 from math import comb
 from typing import Any, TypeAlias
 
+import numpy as np
 from flint import acb, arb, arb_mat
+from numpy.typing import NDArray
 
+from sinsref import digit_products
 from sinsref.arithmetic import BallArithmetic, Number
+from sinsref.rounding import decide, round_balls
 
 #: Integer multiples of the rates met so far, trailing zeros dropped.
 Key: TypeAlias = tuple[int, ...]
@@ -202,6 +206,7 @@ class Table:
                 if key:
                     rows.append([-z.imag for z in values])
             self._fine[key] = rows
+        self._cut: dict[tuple[Key, int], digit_products.Digits] = {}
 
     def _half(self, column: ExponentialSum) -> dict[Key, list[acb]]:
         """Return, key by key, the coefficients by power, one of each conjugate pair of keys."""
@@ -223,6 +228,24 @@ class Table:
         }
         return {key: [(rate * t).exp() for t in times] for key, rate in rates.items()}
 
+    def _products(self, first: int, count: int) -> Iterator[tuple[list[list[arb]], list[tuple[Key, int]]]]:
+        """Yield, column by column, the factors of the coarse epochs, and which rows of the fine ones they multiply."""
+        starts = range(first, first + count, FINE)
+        exponentials = self._exponentials(starts)
+        times = [self._interval * k for k in starts]
+        for column in self._columns:
+            coarse: list[list[arb]] = [[] for _ in starts]
+            rows: list[tuple[Key, int]] = []
+            for key, coefficients in column.items():
+                rows.extend((key, n) for n in range(len(coefficients) * (2 if key else 1)))
+                for place, (t, z) in enumerate(zip(times, exponentials[key], strict=True)):
+                    for factor in _shifted(coefficients, t):
+                        value: Any = factor * z
+                        coarse[place].append(value.real)
+                        if key:
+                            coarse[place].append(value.imag)
+            yield coarse, rows
+
     def balls(self, first: int, count: int) -> list[list[arb]]:
         """Return the columns at the epochs ``first .. first + count - 1``.
 
@@ -236,27 +259,55 @@ class Table:
         list of list of arb
             One list a column.
         """
-        starts = range(first, first + count, FINE)
-        exponentials = self._exponentials(starts)
-        times = [self._interval * k for k in starts]
         tables = []
-        for column in self._columns:
-            inner: list[list[arb]] = [[] for _ in starts]
-            fine: list[list[arb]] = []
-            for key, coefficients in column.items():
-                rows = self._fine[key][: len(coefficients) * (2 if key else 1)]
-                fine.extend(rows)
-                for place, (t, z) in enumerate(zip(times, exponentials[key], strict=True)):
-                    for factor in _shifted(coefficients, t):
-                        value: Any = factor * z
-                        inner[place].append(value.real)
-                        if key:
-                            inner[place].append(value.imag)
-            if not fine:
-                tables.append([arb(0)] * count)
-                continue
-            tables.append((arb_mat(inner) * arb_mat(fine)).entries()[:count])
+        for coarse, rows in self._products(first, count):
+            fine = [self._fine[key][n] for key, n in rows]
+            tables.append((arb_mat(coarse) * arb_mat(fine)).entries()[:count] if fine else [arb(0)] * count)
         return tables
+
+    def pairs(self, first: int, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the columns rounded to pairs of binary64, by products of digits where these are exact.
+
+        Parameters
+        ----------
+        first, count : int
+            Index of the first epoch, number of epochs.
+
+        Returns
+        -------
+        high, low : ndarray, shape (count, columns)
+            Nearest binary64, and nearest binary64 to the rest.
+        decided : ndarray of bool, shape (count, columns)
+            Whether both are proved.
+        """
+        columns = []
+        for coarse, rows in self._products(first, count):
+            if not rows:
+                zeros = np.zeros(count)
+                columns.append((zeros, zeros, np.ones(count, np.bool_)))
+                continue
+            try:
+                head, rest, bound = digit_products.product(coarse, self._digits(rows))
+                columns.append(decide(*(part.ravel()[:count] for part in (head, rest, bound))))
+            except digit_products.OutOfRangeError:
+                fine = [self._fine[key][n] for key, n in rows]
+                columns.append(round_balls((arb_mat(coarse) * arb_mat(fine)).entries()[:count]))
+        high, low, decided = zip(*columns, strict=True)
+        return np.column_stack(high), np.column_stack(low), np.column_stack(decided)
+
+    def _digits(self, rows: Sequence[tuple[Key, int]]) -> digit_products.Digits:
+        """Return rows of fine factors as digits, each row cut once."""
+        for key, n in rows:
+            if (key, n) not in self._cut:
+                balls = self._fine[key][n]
+                exponent = digit_products.exponents_of(balls).max() + 1
+                self._cut[key, n] = digit_products.cut(balls, np.full(len(balls), exponent))
+        cut = [self._cut[row] for row in rows]
+        return digit_products.Digits(
+            np.stack([row.digits for row in cut], axis=1),
+            np.array([row.exponents[0] for row in cut]),
+            np.array([row.errors.max() for row in cut]),
+        )
 
 
 def _shifted(coefficients: list[acb], t: arb) -> list[acb]:

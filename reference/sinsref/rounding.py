@@ -8,6 +8,7 @@ again, in more bits and with exact zeros known (`sinsref.pi_monomials`).
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -74,17 +75,38 @@ def round_balls(
     decided : ndarray of bool, shape (n,)
         Whether the ball proves both.
     """
-    count = len(balls)
     # Nearest to the midpoint; the checks below then hold for the whole ball.
-    heads = [float(ball) for ball in balls]
-    rests = [ball - head for ball, head in zip(balls, heads, strict=True)]
-    high = np.array(heads)
-    low = np.fromiter((float(rest) for rest in rests), np.float64, count)
-    left = np.fromiter(
-        (float((rest - tail).abs_upper()) for rest, tail in zip(rests, low.tolist(), strict=True)),
-        np.float64,
-        count,
-    )
+    heads = list(map(float, balls))
+    rests = list(map(operator.sub, balls, heads))
+    tails = list(map(float, rests))
+    high, low = np.array(heads), np.array(tails)
+    left = np.array(list(map(float, map(arb.abs_upper, map(operator.sub, rests, tails)))))
+    high, low, decided = decide(high, low, left)
+    # A remainder below the smallest binary64 has underflowed to 0 without being 0.
+    for place in np.flatnonzero(decided & (left == 0)):
+        decided[place] = (rests[place] - float(low[place])).is_zero() or rests[place].abs_upper() < NEGLIGIBLE * abs(
+            arb(float(high[place]))
+        )
+    return high, low, decided
+
+
+def decide(
+    high: NDArray[np.float64], low: NDArray[np.float64], left: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Prove that pairs are correct roundings, from a bound of what they leave.
+
+    Parameters
+    ----------
+    high, low, left : ndarray, shape (n,)
+        The exact values are within `left` of high + low; 0 says that they are equal.
+
+    Returns
+    -------
+    high, low : ndarray, shape (n,)
+        As given, low 0 where it is negligible.
+    decided : ndarray of bool, shape (n,)
+        Whether high is certainly the nearest binary64 and low the nearest to the rest.
+    """
     # v lies within |low| + left of high, and within left of high + low. Sums of magnitudes and halved gaps
     # are rounded up and down by one part in 2^50, far more than their few roundings.
     distance = (np.abs(low) + left) * (1 + 2.0**-50)
@@ -93,11 +115,7 @@ def round_balls(
     negligible = head_decided & (distance < NEGLIGIBLE * np.abs(high))
     low = np.where(negligible, 0.0, low)
     exact = (low == 0) & (left == 0)
-    decided = exact | (head_decided & (low_decided | negligible))
-    # A remainder below the smallest binary64 has underflowed to 0 without being 0.
-    for place in np.flatnonzero(decided & (left == 0) & ~negligible):
-        decided[place] = (rests[place] - float(low[place])).is_zero()
-    return high, low, decided
+    return high, low, exact | (head_decided & (low_decided | negligible))
 
 
 def _half_gap(x: NDArray[np.float64]) -> NDArray[np.float64]:

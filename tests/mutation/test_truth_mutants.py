@@ -1,14 +1,15 @@
 """Defects planted one at a time in the formulas of truth must be seen.
 
-Every number of the modules is changed in its turn, every + becomes - and every - becomes +, every minus sign is dropped. What
-judges a module shares nothing with it: the exponential of the equations' matrix, the integration of the
-differential equations, the ideal equations as the paper prints them, the eigenvalue equation.
+Every number of the modules is changed in its turn, every + becomes - and every - becomes +, every minus sign is
+dropped. What judges a module shares nothing with it: the exponential of the equations' matrix, the integration of
+the differential equations, the ideal equations as the paper prints them, the eigenvalue equation.
 """
 
 import ast
 import inspect
 import sys
 from functools import cache
+from itertools import pairwise
 from types import ModuleType
 
 import pytest
@@ -150,7 +151,7 @@ def equator_holds(module):
                 return False
         case = ("600", "10000", "1800")
         found, expected = state_of(ar, module, forced, *case, tilted=True), equator_exponential(*case, tilted=True)[2]
-        # The bound holds what is left, and is not idle: without its last power of the rate it would be 1e5 times as large.
+        # The bound holds what is left and is not idle: with one power of the rate less it would be 1e5 times larger.
         if not all(x.overlaps(y) and x.rad() < 1e-3 * abs(y) for x, y in zip(found, expected, strict=True)):
             return False
     # The series loses exp(2 sqrt(bound) t): the formula of the docstring.
@@ -308,7 +309,7 @@ def integrated_precession(attitude):
         inverse = [unit[0], *(-x for x in unit[1:])]
         state = [*unit, *velocity, *rotate(inverse, velocity)]
         times, states = [ar.number(x) for x in ("0", START, END)], []
-        for before, after in zip(times, times[1:], strict=False):
+        for before, after in pairwise(times):
             state = integrate(ar, field, [*state[:10], *[arb(0)] * 6], before, after, steps=2, order=45)
             states.append(state)
         return states

@@ -175,7 +175,7 @@ def test_increments_are_the_integrals_of_rate_and_force(motion, t, h):
 @example(paper_motion(nutation="1e-20"), 0.3)
 @example(paper_motion(nutation="pi - 1e-15"), 0.3)
 def test_the_solution_is_the_one_of_the_differential_equations(motion, end):
-    """2 Lambda' = Lambda o omega, W_I' = a_I and W_E' = a - omega x W_E, with omega and a as printed in (4.1), (4.3)."""
+    """2 Lambda' = Lambda o omega, W_I' = a_I, W_E' = a - omega x W_E, with omega and a as printed: (4.1), (4.3)."""
 
     def field(ar, t, y):
         nu, eps, th, nu0, th0 = (ar.constant(x) for x in parameters(motion, ar.base))
