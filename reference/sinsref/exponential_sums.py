@@ -110,7 +110,8 @@ def _constant(x: Number) -> Number:
 def _same_up_to_sign(a: acb, b: acb) -> int:
     """Return the sign that makes two rates the same ball part by part, else 0.
 
-    Two balls stand for the same number only if they were computed alike: midpoints and radii agree.
+    Midpoints and radii that agree show that two balls were computed alike, hence that they stand for the same number:
+    the parameters of a motion, apart by 1e-30 at least, cannot make two different rates of one formula so close.
     """
     pairs = ((a.real, b.real), (a.imag, b.imag))
     for sign in (1, -1):

@@ -167,6 +167,8 @@ class SeriesArithmetic:
         return self.base.magnitude(x[0])
 
     def widen(self, x: Number, bound: Number) -> Number:
+        # The bound holds for the value alone. Tables of truth take derivatives and dual parts only through
+        # functions that are not cut off, so nothing that is certified rests on a coefficient left as it is.
         return Series(lambda k: x[k], (self.base.widen(x[0], bound[0] if isinstance(bound, Series) else bound),))
 
 
