@@ -118,7 +118,7 @@ def test_a_room_is_a_folder_and_not_a_package(room: str) -> None:
 def test_modules_stay_under_400_lines() -> None:
     lengths = {
         str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count("\n")
-        for room in ROOMS
+        for room in (*ROOMS, "tests")
         for path in (ROOT / room).rglob("*.py")
     }
     assert lengths

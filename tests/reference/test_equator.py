@@ -9,6 +9,7 @@ from flint import arb, arb_mat
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from equator_truth import GRAVITY, A, U, constants, generator, leading_block
 from sinsref.arithmetic import BallArithmetic, MpArithmetic
 from sinsref.equator import (
     COUPLED,
@@ -25,8 +26,6 @@ from sinsref.taylor import integrate
 
 deterministic = settings(derandomize=True, deadline=None, database=None, max_examples=25)
 BITS = 320
-
-U, A, GRAVITY = "7.29e-5", "6378245", "9.78049"
 
 
 def root_of(function, low, high):
@@ -83,32 +82,15 @@ SPEEDS = {
 }
 
 
-def constants(ar, v_east, height):
-    """The constants of section 4, written out: R, g, u + v/R, 2 u + v/R, a_H, a_24."""
-    u, a = ar.number(U), ar.number(A)
-    v, R = ar.number(v_east), a + ar.number(height)
-    g = ar.number(GRAVITY) * a * a / (R * R)
-    return v, R, g, u + v / R, 2 * u + v / R, g - 2 * u * v - v * v / R, 2 * g / R - v * v / (R * R)
-
-
-def matrix(ar, v_east, height):
+def matrix(v_east, height):
     """The matrix A of (10), written out."""
-    v, R, g, turn, coriolis, force, a24 = constants(ar, v_east, height)
-    o = ar.number(0)
-    return [
-        [o, o, o, o, -g, o],
-        [o, o, 2 * turn, a24, o, o],
-        [o, -coriolis, o, o, o, -force],
-        [o, o + 1, o, o, o, o],
-        [1 / R, o, o, o, o, o],
-        [o, o, 1 / R, -v / (R * R), o, o],
-    ]
+    return leading_block(generator(v_east, height))
 
 
 def forced_field(ar, v_east, height, tilt, longitude):
     """X' = A X + b(t) with b of (8), written out."""
-    _, _, _, turn, _, force, _ = constants(ar, v_east, height)
-    rows = matrix(ar, v_east, height)
+    _, _, _, turn, _, force, _ = constants(v_east, height)
+    rows = matrix(v_east, height)
 
     def field(series, t, x):
         sine, cosine = series.sin_cos(t * turn + longitude)
@@ -125,7 +107,7 @@ def forced_field(ar, v_east, height, tilt, longitude):
 
 
 def scaled(ar, v_east, height, state):
-    _, R, g, *_ = constants(ar, v_east, height)
+    _, R, g, *_ = constants(v_east, height)
     speed = ar.sqrt(g * R)
     return [x / s for x, s in zip(state, (speed, speed, speed, R, ar.number(1), ar.number(1)), strict=True)]
 
@@ -204,7 +186,7 @@ def test_the_transition_matrix_is_the_exponential(v_east, time):
         t = ar.number(time)
         model = EquatorModel.at(ar, ExactNumber(v_east), ExactNumber("0"))
         found = transition(ar, model, t)
-        expected = (arb_mat(matrix(ar, v_east, "0")) * t).exp()
+        expected = (arb_mat(matrix(v_east, "0")) * t).exp()
         homogeneous_state = homogeneous(ar, model, [ar.number(x) for x in INITIAL], t)
         for i in range(6):
             assert homogeneous_state[i].overlaps(sum(found[i][j] * ar.number(x) for j, x in enumerate(INITIAL)))
@@ -212,7 +194,7 @@ def test_the_transition_matrix_is_the_exponential(v_east, time):
                 assert found[i][j].overlaps(expected[i, j])
                 # Relative to the largest element, in scaled units these are of one size.
                 assert ar.magnitude(found[i][j] - expected[i, j]) < 1e-45 * (1e12 if time == "7200" else 1e8)
-        own = arb_mat(model.matrix(ar)) - arb_mat(matrix(ar, v_east, "0"))
+        own = arb_mat(model.matrix(ar)) - arb_mat(matrix(v_east, "0"))
         assert all(x.contains(0) and x.rad() < 1e-80 for x in own.entries())
 
 
@@ -224,7 +206,7 @@ def test_the_transition_matrix_is_a_group(v_east, height, s, t):
         of_s, of_t, of_both, of_zero = (arb_mat(transition(ar, model, arb(x))) for x in (s, t, arb(s) + t, 0))
         residual = of_s * of_t - of_both
         assert all(x.contains(0) for x in residual.entries())
-        _, R, g, *_ = constants(ar, v_east, height)
+        _, R, g, *_ = constants(v_east, height)
         units = [ar.sqrt(g * R)] * 3 + [R, arb(1), arb(1)]
         size = max(ar.magnitude(of_s[i, j] * of_t[j, i]) for i in range(6) for j in range(6)) + 1
         assert all(
@@ -291,11 +273,12 @@ def test_the_readable_arithmetic_agrees_with_the_balls():
     def state(ar):
         model = EquatorModel.at(ar, ExactNumber("600"), ExactNumber("10000"))
         tilt = Misalignment([[ar.number(x) for x in row] for row in TILT], ar.number(LONGITUDE))
-        return scaled(ar, "600", "10000", solution(ar, model, [ar.number(x) for x in INITIAL], tilt, ar.number(3600)))
+        return solution(ar, model, [ar.number(x) for x in INITIAL], tilt, ar.number(3600))
 
     with BallArithmetic(BITS) as ar:
-        for x, y in zip(state(ar), state(readable), strict=True):
-            assert abs(x - arb(readable.context.nstr(y, 60))) < 1e-45
+        digits = [arb(readable.context.nstr(x, 60)) for x in state(readable)]
+        for x, y in zip(*(scaled(ar, "600", "10000", found) for found in (state(ar), digits)), strict=True):
+            assert abs(x - y) < 1e-45
 
 
 #: Elements of P(t) to 20 digits, v and H in the key; the constants of section 4 to 15 or more.
