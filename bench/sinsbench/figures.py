@@ -15,20 +15,23 @@ class FigureError(ValueError):
     """A figure cannot be made; the message says why and what would do."""
 
 
-def check_figure(path: Path | None) -> None:
-    """See, before anything is computed, that a figure can be made.
+def check_figure(path: Path | None, datasets: Sequence[str]) -> None:
+    """See, before anything is computed, that a figure of scores on datasets can be made.
 
     Raises
     ------
     FigureError
-        For a suffix that is not of `SUFFIXES`, or where the extra ``figures`` is not installed.
+        For a suffix that is not of `SUFFIXES`, where no integrator is scored, or where the extra ``figures`` is not
+        installed.
     """
     if path is None:
         return
     if path.suffix not in SUFFIXES:
         raise FigureError(f"{path}: a figure ends in {' or '.join(SUFFIXES)}")
+    if "dual_precession" not in datasets:
+        raise FigureError(f"{path}: the figure shows integrators on dual_precession")
     if not (find_spec("altair") and find_spec("vl_convert")):
-        raise FigureError(f"{path}: figures need the extra: python -m pip install 'sinsbench[figures]'")
+        raise FigureError(f"{path}: figures need the extra: python -m pip install altair vl-convert-python")
 
 
 def ladder_figure(rows: Sequence[Mapping[str, Any]], path: Path) -> None:

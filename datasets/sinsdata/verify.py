@@ -62,7 +62,7 @@ def find_datasets(folder: Path) -> list[Path]:
         If there is none.
     """
     if not folder.is_dir():
-        raise DatasetError(f"{folder}: no such folder")
+        raise DatasetError(f"{folder}: {'a file, not a folder' if folder.exists() else 'no such folder'}")
     patterns = ("manifest.json", "*/manifest.json", "*/*/manifest.json")
     found = sorted({path.parent for pattern in patterns for path in folder.glob(pattern)})
     found = [path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts)]

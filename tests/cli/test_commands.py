@@ -1,6 +1,8 @@
 """The command line as a user meets it: what is printed where, which exit status, what is left on disk."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 import textwrap
@@ -9,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from sinsbench.cli import run
+from sinsbench.cli.output import Output, cell
 from sinsbench.scoring.score import SCORE_FIELDS
 
 SHORT = """
@@ -226,3 +229,57 @@ def test_help_loads_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "reproduce" in done.stdout
+
+
+@pytest.mark.parametrize("width", [24, 40, 60, 80, 180])
+def test_no_cell_is_cut_off(width: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    rows = [
+        {"claim": "loginov2013 table2.III.amplitude.d_longitude_rad", "number": -0.000138466, "note": "a [red]b " * 12},
+        {"claim": "x", "number": None, "note": "short"},
+    ]
+    Output().table(rows, title="o[/x]")
+    printed = "".join(capsys.readouterr().out.split())
+    assert "o[/x]" in printed
+    for row in rows:
+        for value in row.values():
+            # Folded cells come in pieces, in order: each character is there, beside those of other columns.
+            remaining = iter(printed)
+            assert all(character in remaining for character in "".join(cell(value).split()))
+    assert all(len(line) <= width for line in capsys.readouterr().out.splitlines())
+
+
+@pytest.mark.parametrize("name", ["", ".", "/", "nowhere/x.json"])
+def test_a_file_that_cannot_be_written_is_refused_first(
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["generate", "dual_precession", "--cases", "short.toml", "--out", "data", "--json", name]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (folder / "data").exists()
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    command = f"{sys.executable} -c 'from sinsbench.cli import main; main()' list | head -1; echo ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "0"
+    assert done.stderr == ""
+
+
+def test_an_interrupt_says_so_and_leaves_nothing_half_written(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-c",
+        "from sinsbench.cli import main; main()",
+        "reproduce",
+        "--out",
+        str(tmp_path / "o"),
+    ]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True) as process:
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(4)
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.decode().splitlines() == ["sinsbench: interrupted; nothing half-written is left"]
+    assert out == b""
+    assert not [path for path in (tmp_path / "o").rglob("*") if path.name.startswith(".")]

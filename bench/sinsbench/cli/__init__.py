@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 
-from sinsbench.cli.commands import app
+_INTERRUPTED = 130
 
 
 def main() -> None:
@@ -27,30 +27,55 @@ def run(arguments: list[str]) -> int:
     """
     # Matrices here are 6 x 6: a library that starts threads for them spends its time on waking these.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    import typer
-
-    # The class of all complaints about usage: the base of the base of the one that typer exports.
-    complaint: type[Exception] = typer.BadParameter.__mro__[2]
     try:
-        result = app(arguments or ["--help"], prog_name="sinsbench", standalone_mode=False)
-    except complaint as error:
-        where = getattr(getattr(error, "ctx", None), "command_path", "sinsbench")
-        return _refuse(f"{where}: {getattr(error, 'format_message', error.__str__)()}")
-    except (KeyboardInterrupt, typer.Abort):
-        print("sinsbench: interrupted; nothing half-written is left", file=sys.stderr)
-        return 130
+        return _run(arguments)
+    except KeyboardInterrupt:
+        return _interrupted()
     except BrokenPipeError:
-        # The reader went away, as `head` does: nothing more to say, also not at exit.
-        sys.stderr.close()
-        return 0
+        return _reader_gone()
+    except UnicodeEncodeError as error:
+        return _refuse(f"sinsbench: {error.object!r} is not UTF-8")
     except OSError as error:
+        # Typer turns a closed pipe into an exit of its own; what remains has a file and a reason.
         return _refuse(f"sinsbench: {error.filename or 'file'}: {error.strerror or error}")
     except ValueError as error:
         # An error that input can cause is a ValueError of ours; anything else is a defect and keeps its traceback.
         if type(error).__module__.partition(".")[0] not in ("sinsref", "sinsdata", "sinsbench"):
             raise
         return _refuse(f"sinsbench: {error}")
-    return int(result or 0)
+
+
+def _run(arguments: list[str]) -> int:
+    import typer
+
+    from sinsbench.cli.commands import app
+
+    # The class of all complaints about usage: the base of the base of the one that typer exports.
+    complaint: type[Exception] = typer.BadParameter.__mro__[2]
+    try:
+        status = int(app(arguments or ["--help"], prog_name="sinsbench", standalone_mode=False) or 0)
+    except complaint as error:
+        where = getattr(getattr(error, "ctx", None), "command_path", "sinsbench")
+        return _refuse(f"{where}: {getattr(error, 'format_message', error.__str__)()}")
+    except typer.Abort:
+        return _interrupted()
+    except SystemExit as error:
+        # Typer's answer to a closed pipe; commands of ours end with typer.Exit.
+        return _reader_gone() if isinstance(error.__context__, BrokenPipeError) else int(error.code or 0)
+    # Some versions of typer answer an interrupt with this status and no word.
+    return _interrupted() if status == _INTERRUPTED else status
+
+
+def _interrupted() -> int:
+    print("sinsbench: interrupted; nothing half-written is left", file=sys.stderr)
+    return _INTERRUPTED
+
+
+def _reader_gone() -> int:
+    """Leave without a word where the reader of the output went away, as `head` does."""
+    # What is still buffered goes nowhere, also at exit.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def _refuse(message: str) -> int:

@@ -5,28 +5,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from sinsbench.cli.commands import UsageError
+from sinsbench.cli.errors import UsageError
+from sinsbench.subjects.loading import resolve
 from sinsbench.subjects.registry import BUILT_IN
 from sinsdata.cases import CASE_CLASSES, Case
 from sinsdata.tiers import paper_cases
 from sinsdata.verify import find_datasets, load_cases
 
 
-def dataset_of_subjects(subjects: Sequence[str] | None) -> list[str]:
-    """Return the datasets that built-in subjects belong to; all of them without a subject.
+def datasets_to_score(subjects: Sequence[str] | None, cases: Sequence[str] | None) -> list[str]:
+    """Return the datasets that built-in subjects belong to; without a subject, those that hold the cases, or all.
 
     Raises
     ------
     UsageError
         If a subject is not built in, so that its dataset must be said, or if they belong to several.
+    sinsbench.subjects.loading.SubjectError
+        If a name is neither a built-in subject nor a place in a file or module.
     """
     if not subjects:
-        return list(CASE_CLASSES)
-    foreign = [name for name in subjects if name not in BUILT_IN]
-    if foreign:
-        raise UsageError(
-            f"say what to score {foreign[0]} on: --on dual_precession (integrators) or --on equator_errors (solvers)"
-        )
+        holding = [
+            dataset for dataset in CASE_CLASSES if {case.name for case in paper_cases(dataset)} & set(cases or ())
+        ]
+        return holding or list(CASE_CLASSES)
+    for name in subjects:
+        if name not in BUILT_IN:
+            if ":" not in name:
+                resolve(name)  # says what is meant, if anything is
+            raise UsageError(
+                f"say what to score {name} on: --on dual_precession (integrators) or --on equator_errors (solvers)"
+            )
     found = {str(BUILT_IN[name].dataset) for name in subjects}
     if len(found) > 1:
         raise UsageError(f"the subjects belong to several datasets ({', '.join(sorted(found))}): score them one by one")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sinsbench import __version__
-from sinsbench.cli.commands import UsageError
+from sinsbench.cli.errors import UsageError
 from sinsbench.subjects.registry import BUILT_IN
 
 _SOFTWARE = f"""@software{{sinsbench,

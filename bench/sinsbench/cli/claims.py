@@ -9,7 +9,7 @@ from typing import Any
 from sinsbench.claims.evaluate import evaluate
 from sinsbench.claims.model import PAPERS, VERDICTS, recorded_verdicts
 from sinsbench.claims.stories import stories
-from sinsbench.cli.commands import UsageError
+from sinsbench.cli.errors import UsageError
 from sinsbench.cli.output import Progress
 
 
@@ -36,16 +36,19 @@ def claim_rows(papers: Sequence[str] | None, progress: Progress) -> list[dict[st
     return rows
 
 
-def claim_table(rows: Sequence[Mapping[str, Any]], verdict: str | None) -> list[dict[str, Any]]:
-    """Return the claims, of one verdict or of all, with the columns people read.
+def check_verdict(verdict: str | None) -> None:
+    """Refuse an unknown verdict.
 
     Raises
     ------
     UsageError
-        For an unknown verdict.
     """
     if verdict not in (None, *VERDICTS):
         raise UsageError(f"unknown verdict {verdict!r}; admissible: {', '.join(VERDICTS)}")
+
+
+def claim_table(rows: Sequence[Mapping[str, Any]], verdict: str | None) -> list[dict[str, Any]]:
+    """Return the claims, of one verdict or of all, with the columns people read."""
     return [
         {
             "claim": f"{row['paper']} {row['id']}",

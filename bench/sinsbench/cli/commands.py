@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sinsbench.cli.errors import UsageError
+
 if TYPE_CHECKING:
     from sinsdata.cases import Case
 
@@ -19,10 +21,6 @@ app = typer.Typer(
 )
 
 JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the rows as JSON too.")]
-
-
-class UsageError(ValueError):
-    """The command line asks for something that does not go together."""
 
 
 def _show_version(wanted: bool) -> None:
@@ -54,11 +52,12 @@ def list_(
     if what != "all" and what not in INVENTORIES:
         raise UsageError(f"cannot list {what!r}; admissible: {', '.join(INVENTORIES)}, all")
     wanted = list(INVENTORIES) if what == "all" else [what]
-    output, everything = Output(), {}
-    for name in wanted:
-        everything[name] = INVENTORIES[name]()
-        output.table(everything[name], title=name)
+    output = Output()
+    output.check(json)
+    everything = {name: INVENTORIES[name]() for name in wanted}
     output.json(json, everything if what == "all" else everything[what])
+    for name, rows in everything.items():
+        output.table(rows, title=name)
 
 
 @app.command()
@@ -72,7 +71,7 @@ def generate(
     json: JsonFile = None,
 ) -> None:
     """Generate a certified dataset: Parquet tables and a manifest with hashes."""
-    from sinsbench.cli.output import Output
+    from sinsbench.cli.output import Output, certified
     from sinsdata.generate import generate as generate_dataset
     from sinsdata.tiers import cases_from_toml, known_dataset, paper_cases
 
@@ -81,18 +80,15 @@ def generate(
         raise UsageError("--cases and --tier exclude one another: your own cases are the tier sweep")
     if cases is None and tier != "paper":
         raise UsageError(f"unknown tier {tier!r}; admissible: paper, or your own cases with --cases FILE")
-    chosen = paper_cases(dataset) if cases is None else cases_from_toml(dataset, cases)
     output = Output()
+    output.check(json)
+    chosen = paper_cases(dataset) if cases is None else cases_from_toml(dataset, cases)
     with output.progress(f"generating {dataset}") as progress:
         made = generate_dataset(dataset, "paper" if cases is None else "sweep", chosen, out, progress)
     rows = [{"table": name, **entry} for name, entry in made.manifest["tables"].items()]
-    output.table(rows, title=f"{made.folder}", columns=("table", "rows", "file", "content_sha256"))
-    known = made.manifest["certification"]
-    output.line(
-        f"{known['values']:,} values proved: nearest binary64 and rest, pair within 1e-30; "
-        f"{known['exact_zeros']:,} exact zeros, {known['bounded_zeros']:,} values bounded below 1e-300."
-    )
     output.json(json, rows)
+    output.table(rows, title=f"{made.folder}", columns=("table", "rows", "file", "content_sha256"))
+    output.line(certified(made.manifest["certification"]))
 
 
 @app.command()
@@ -109,6 +105,7 @@ def verify(
     from sinsdata.verify import verify as verify_dataset
 
     output = Output()
+    output.check(json)
     checks = []
     with output.progress("verifying") as progress:
         folders = find_datasets(folder)
@@ -118,13 +115,13 @@ def verify(
     for check in checks:
         check["detail"] = "" if check["holds"] else check["detail"]
     failed = [check for check in checks if not check["holds"]]
+    output.json(json, checks)
     if failed:
         output.table(failed, title="does not hold", columns=("where", "what", "detail"))
     for found in folders:
         own = [check for check in checks if check["where"].startswith(f"{found}:")]
         bad = sum(not check["holds"] for check in own)
         output.line(f"{found}: {len(own) - bad} checks hold, {bad} do not")
-    output.json(json, checks)
     raise typer.Exit(1 if failed else 0)
 
 
@@ -142,29 +139,35 @@ def score(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Score subjects, built-in or your own, against certified truth. Without a subject: every built-in one."""
-    from sinsbench.cli.choices import cases_to_score, dataset_of_subjects
+    """Score subjects, built-in or your own, against certified truth. Without a subject: every built-in one.
+
+    Of a dataset's folder the cases are taken; their truth is computed anew, at a ladder of sampling intervals.
+    """
+    from sinsbench.cli.choices import cases_to_score, datasets_to_score
     from sinsbench.cli.output import Output
     from sinsbench.cli.scores import score_tables
     from sinsbench.figures import check_figure, ladder_figure
     from sinsbench.scoring.score import loaded_subjects
     from sinsbench.scoring.score import score as score_subjects
 
-    check_figure(figure)
     output = Output()
+    output.check(json, figure)
     rows: list[dict[str, Any]] = []
     scored: list[Case] = []
-    for dataset in [on] if on else dataset_of_subjects(subjects):
-        name, cases = cases_to_score(dataset, case)
+    chosen = [
+        cases_to_score(dataset, case) for dataset in ([on] if on is not None else datasets_to_score(subjects, case))
+    ]
+    check_figure(figure, [name for name, _ in chosen])
+    for name, cases in chosen:
         scored += cases
         loaded = loaded_subjects(subjects or None, name)
         with output.progress(f"scoring on {name}") as progress:
             rows += score_subjects(loaded, cases, progress)
-    for title, table in score_tables(rows, scored, whole_ladder=ladder):
-        output.table(table, title=title)
     output.json(json, rows)
     if figure is not None:
         ladder_figure(rows, figure)
+    for title, table in score_tables(rows, scored, whole_ladder=ladder):
+        output.table(table, title=title)
     broken = [row for row in rows if row["status"] not in ("ok", "not applicable")]
     raise typer.Exit(1 if broken else 0)
 
@@ -177,20 +180,28 @@ def claims(
     json: JsonFile = None,
 ) -> None:
     """Recompute every number that the papers print, each with a verdict."""
-    from sinsbench.cli.claims import changed_verdicts, claim_rows, claim_table, story_tables, verdict_counts
+    from sinsbench.cli.claims import (
+        changed_verdicts,
+        check_verdict,
+        claim_rows,
+        claim_table,
+        story_tables,
+        verdict_counts,
+    )
     from sinsbench.cli.output import Output
 
     output = Output()
+    output.check(json)
+    check_verdict(verdict)
     with output.progress("recomputing") as progress:
         rows = claim_rows(papers or None, progress)
         told = story_tables(papers or None, progress) if stories else []
-    shown = claim_table(rows, verdict)
-    output.table(shown, title="numbers printed in the papers")
-    output.table(verdict_counts(rows), title="verdicts")
+    output.json(json, [row for row in rows if verdict in (None, row["verdict"])])
+    output.table(claim_table(rows, verdict), title="numbers printed in the papers")
+    output.table(verdict_counts(rows), title="verdicts of all of them")
     for title, table, sentence in told:
         output.table(table, title=title)
         output.line(sentence)
-    output.json(json, rows)
     changed = changed_verdicts(rows)
     for line in changed:
         output.line(line)

@@ -18,8 +18,14 @@ Progress: TypeAlias = Callable[[int, int, str], None]
 _PIPE_WIDTH = 180
 #: Longest cell that is kept on one line, and the least width of longer ones.
 _LONGEST_CELL, _PROSE = 64, 40
+#: Least room beside the key columns.
+_LEAST = 20
 #: Space between two columns.
 _GAP = 3
+
+
+class OutputError(ValueError):
+    """A file cannot be written; the message says which and why."""
 
 
 class Output:
@@ -40,24 +46,22 @@ class Output:
             return
         names = tuple(columns) or tuple(rows[0])
         cells = {name: [cell(row.get(name)) for row in rows] for name in names}
-        widths = {name: _width(heading(name), cells[name]) for name in names}
-        for number, part in enumerate(_parts(names, widths, self._console.width)):
-            self._part({name: cells[name] for name in part}, widths, "" if number else title)
+        keys = 2 if names[1:2] == ("case",) else 1
+        for number, widths in enumerate(layout(cells, keys, self._console.width)):
+            self._part({name: cells[name] for name in widths}, widths, "" if number else title)
 
     def _part(self, cells: Mapping[str, Sequence[str]], widths: Mapping[str, int], title: str) -> None:
         from rich import box
         from rich.table import Table
+        from rich.text import Text
 
-        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        table = Table(title=Text(title) if title else None, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for name, values in cells.items():
             justify: Any = "right" if any(map(_is_number, values)) else "left"
-            title = "\n".join(textwrap.wrap(heading(name), widths[name]))
-            if max(map(len, values)) > widths[name]:  # prose takes the room that is left
-                table.add_column(title, justify=justify, overflow="fold", min_width=widths[name], ratio=1)
-            else:
-                table.add_column(title, justify=justify, width=widths[name])
+            head = "\n".join(textwrap.wrap(heading(name), widths[name]))
+            table.add_column(Text(head), justify=justify, overflow="fold", width=widths[name])
         for row in zip(*cells.values(), strict=True):
-            table.add_row(*row)
+            table.add_row(*map(Text, row))
         self._console.print(table)
 
     def line(self, text: str) -> None:
@@ -67,7 +71,8 @@ class Output:
     def json(self, path: Path | None, value: Any) -> None:
         """Write a value as JSON, whole or not at all; None for no file."""
         if path is not None:
-            self.text(path, json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+            text = json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+            self.text(path, text.encode("utf-8", "replace").decode())
 
     def text(self, path: Path, text: str) -> None:
         """Write a text file, whole or not at all."""
@@ -77,6 +82,21 @@ class Output:
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
+
+    @staticmethod
+    def check(*paths: Path | None) -> None:
+        """See, before anything is computed, that files can be written.
+
+        Raises
+        ------
+        OutputError
+            If a name is no file's, or its folder is not there.
+        """
+        for path in paths:
+            if path is not None and (not path.name or path.is_dir()):
+                raise OutputError(f"{str(path)!r} is not the name of a file")
+            if path is not None and not path.parent.is_dir():
+                raise OutputError(f"{path}: there is no folder {path.parent}")
 
     @contextmanager
     def progress(self, title: str) -> Iterator[Progress]:
@@ -102,23 +122,41 @@ class Output:
             yield update
 
 
-def _parts(names: Sequence[str], widths: Mapping[str, int], limit: int) -> Iterator[list[str]]:
-    """Yield groups of columns that fit, the first column in each."""
-    first, *others = names
-    part, used = [first], widths[first] + _GAP
-    for name in others:
-        if used + widths[name] + _GAP > limit and len(part) > 1:
-            yield part
-            part, used = [first], widths[first] + _GAP
-        part.append(name)
-        used += widths[name] + _GAP
-    yield part
+def layout(cells: Mapping[str, Sequence[str]], keys: int, limit: int) -> list[dict[str, int]]:
+    """Return the columns of each part of a table, with their widths: nothing is cut off, whatever the window.
 
-
-def _width(head: str, values: Sequence[str]) -> int:
-    """Return the width of a column: cells whole, as a name broken over two lines cannot be copied, but prose folded."""
-    words = [len(word) for word in head.split()]
-    return max(*words, 1, *(len(value) if len(value) <= _LONGEST_CELL else _PROSE for value in values))
+    Parameters
+    ----------
+    cells : mapping of str to sequence of str
+        Columns.
+    keys : int
+        How many of the first columns stand in each part.
+    limit : int
+        Width of the window.
+    """
+    names = list(cells)
+    wanted = {name: max(map(len, [*heading(name).split(), *cells[name], "?"])) for name in names}
+    # Cells stay whole, as a name broken over two lines cannot be copied; prose and what no window holds are folded.
+    widths = {name: min(width, _PROSE if width > _LONGEST_CELL else width, limit - 2) for name, width in wanted.items()}
+    head = names[:keys] if sum(widths[name] + _GAP for name in names[:keys]) <= limit // 2 else names[:1]
+    room = limit - sum(widths[name] + _GAP for name in head)
+    if room < _LEAST:  # a window as narrow as a name: one column after the other
+        head, room = [], limit
+    parts: list[dict[str, int]] = []
+    for name in names[len(head) :]:
+        widths[name] = min(widths[name], room - 2)
+        used = sum(width + _GAP for width in parts[-1].values()) if parts else limit + 1
+        if used + widths[name] + _GAP > limit:
+            parts.append({key: widths[key] for key in head})
+        parts[-1][name] = widths[name]
+    for part in parts:
+        # Prose takes the room that is left.
+        left = limit - sum(width + _GAP for width in part.values())
+        for name in part:
+            more = min(left, wanted[name] - part[name])
+            part[name] += max(more, 0)
+            left -= max(more, 0)
+    return parts or [{name: widths[name] for name in head}]
 
 
 def _is_number(text: str) -> bool:
@@ -129,6 +167,20 @@ def _is_number(text: str) -> bool:
     return True
 
 
+def certified(known: Mapping[str, int]) -> str:
+    """Return what is proved of the values of a dataset, from the entry ``certification`` of its manifest."""
+    bounded, ties = known["bounded_zeros"], known["bounded_ties"]
+    text = (
+        f"{known['values']:,} values: nearest binary64 and rest, together within 1e-30, proved by ball arithmetic; "
+        f"{known['exact_zeros']:,} exact zeros among them"
+    )
+    if bounded:
+        text += f"; {bounded:,} stored as 0 are proved below 1e-300, not zero"
+    if ties:
+        text += f"; {ties:,} ties are proved to 4096 bits"
+    return text + "."
+
+
 def heading(name: str) -> str:
     """Return the heading of a column from its key."""
     return name.replace("_", " ")
@@ -136,8 +188,6 @@ def heading(name: str) -> str:
 
 def cell(value: Any) -> str:
     """Return a value as people read it: 4 significant digits, nothing for None."""
-    from rich.markup import escape
-
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -146,7 +196,7 @@ def cell(value: Any) -> str:
         return number(value)
     if isinstance(value, int):
         return f"{value:,}"
-    return escape(str(value))
+    return str(value)
 
 
 def number(value: float) -> str:

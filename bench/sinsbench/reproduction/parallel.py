@@ -43,7 +43,9 @@ def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None]) ->
     report : callable
         ``report(done, total, what)`` after each part.
     """
-    processes = min(_MOST_PROCESSES, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1)
+    processes = min(
+        _MOST_PROCESSES, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
     if processes < 2:
         results = []
         for number, part in enumerate(parts):

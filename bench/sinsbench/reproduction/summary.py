@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sinsbench.claims.model import VERDICTS
 from sinsbench.cli.claims import claim_table, verdict_counts
-from sinsbench.cli.output import Output, cell
+from sinsbench.cli.output import Output, cell, certified
 from sinsbench.cli.scores import native, score_tables
 
 if TYPE_CHECKING:
@@ -41,11 +41,14 @@ class Section:
 
 def sections(result: Reproduction) -> Iterator[Section]:
     """Yield the parts of the summary: what was checked, what reproduces, what does not, how the orders compare."""
-    proved = sum(row["values proved"] for row in result.datasets)
+    totals = {
+        key: sum(row[heading] for row in result.datasets)
+        for key, heading in (("values", "values"), ("exact_zeros", "exact zeros"), ("bounded_zeros", "bounded zeros"))
+    }
     yield Section(
         "Truth: generated, proved, verified",
         result.datasets,
-        f"{proved:,} values, each the nearest binary64 and its rest, proved by ball arithmetic.",
+        certified({**totals, "bounded_ties": 0}),
     )
     yield Section(
         "Claims: numbers printed in the papers",
