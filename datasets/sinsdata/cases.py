@@ -80,6 +80,18 @@ def _positive(field: str, value: ExactNumber, unit: str) -> None:
         raise CaseError(field, value, f"must be greater than 0 {unit}")
 
 
+def whole_intervals(duration: ExactNumber, interval: ExactNumber) -> int | None:
+    """Return how many intervals a duration holds, None where that is no whole number, or less than 1 or above 1e9.
+
+    Whole within 1e-9 of itself: 100.0 s hold 10,000 intervals of the binary64 nearest to 0.01 s.
+    """
+    ratio = float(duration) / float(interval)
+    if not ratio < 2 * _MAXIMUM_SAMPLES:
+        return None
+    count = round(ratio)
+    return count if 1 <= count <= _MAXIMUM_SAMPLES and abs(ratio - count) <= 1e-9 * ratio else None
+
+
 class _Case:
     """What the cases of all datasets share: building from a mapping, name, whole number of intervals."""
 
@@ -117,8 +129,8 @@ class _Case:
             raise CaseError("name", self.name, "must be 1 to 64 letters, digits, or _ . + -")
         _positive("interval", self.interval, "s")
         _positive("duration", self.duration, "s")
-        ratio = float(self.duration) / float(self.interval)
-        if not 1 <= round(ratio) <= _MAXIMUM_SAMPLES or abs(ratio - round(ratio)) > 1e-9 * ratio:
+        if whole_intervals(self.duration, self.interval) is None:
+            ratio = float(self.duration) / float(self.interval)
             whole = min(max(1, round(ratio)), _MAXIMUM_SAMPLES) * float(self.interval)
             raise CaseError(
                 "duration",
@@ -129,7 +141,7 @@ class _Case:
     @property
     def samples(self) -> int:
         """The number n of intervals; epochs are k * interval, exactly, for k = 0 ... n."""
-        return round(float(self.duration) / float(self.interval))
+        return whole_intervals(self.duration, self.interval) or 0
 
 
 @dataclass(frozen=True)

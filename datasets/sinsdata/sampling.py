@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sinsdata.cases import CaseError, DualPrecessionCase, EquatorCase
+from sinsdata.cases import CaseError, DualPrecessionCase, EquatorCase, whole_intervals
 from sinsdata.certified import Block
 from sinsdata.truth import equator_blocks, increment_blocks, precession_blocks
 from sinsref.exact import ExactNumber
@@ -147,10 +147,10 @@ def _multiple(number: ExactNumber, factor: Fraction) -> ExactNumber:
 
 
 def _whole(duration: ExactNumber, interval: ExactNumber) -> int:
-    ratio = float(duration) / float(interval)
-    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-9 * ratio:
+    count = whole_intervals(duration, interval)
+    if count is None:
         raise CaseError("interval", interval, f"does not divide {duration.text} s into whole samples")
-    return round(ratio)
+    return count
 
 
 def equator_truth(case: EquatorCase) -> EquatorTruth:

@@ -10,9 +10,6 @@ from typing import Any
 from sinsdata.cases import CASE_CLASSES, Case, CaseError, DualPrecessionCase, EquatorCase
 from sinsref.exact import ExactNumber
 
-#: Tiers that this version generates; `sweep` is the user's own.
-TIERS = ("paper", "sweep")
-
 
 class CaseFileError(ValueError):
     """A case file cannot be used; the message says which file, where in it, and what would do."""

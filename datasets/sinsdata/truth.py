@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-from sinsdata.cases import DualPrecessionCase, EquatorCase
+from sinsdata.cases import DualPrecessionCase, EquatorCase, whole_intervals
 from sinsdata.certified import Block, RowFormula, blocks
 from sinsref.arithmetic import Arithmetic, BallArithmetic, Number
 from sinsref.equator import COUPLED, EquatorModel, guard_bits, transition
@@ -42,7 +42,7 @@ def increment_blocks(
         angle, velocity = increments(ar, case.motion, time, ar.number(step))
         return [*angle, *velocity]
 
-    count = round(float(case.duration) / float(step))
+    count = whole_intervals(case.duration, step) or 0
     return blocks(formula, step, 1, count, WORKING_BITS, tally)
 
 
@@ -62,7 +62,7 @@ def precession_blocks(
         attitude, inertial, body = precession_solution(ar, case.motion, time)
         return [*attitude, *inertial, *body]
 
-    count = round(float(case.duration) / float(step)) + 1
+    count = (whole_intervals(case.duration, step) or 0) + 1
     return blocks(formula, step, 0, count, WORKING_BITS, tally)
 
 

@@ -30,13 +30,28 @@ UP, HEIGHT = 1, 3
 ROUNDED_CONSTANTS = (5, 6, 7, 8)
 
 SOLVERS: dict[str, Callable[..., Array]] = {
-    "corrected": equator_formulas.corrected,
-    "printed": equator_formulas.printed,
-    **{name: getattr(ode45, name) for name in ode45.TOLERANCES},
+    "equator_corrected": equator_formulas.corrected,
+    "equator_printed": equator_formulas.printed,
+    "ode45_1e-3": ode45.ode45_1e3,
+    "ode45_1e-6": ode45.ode45_1e6,
+    "ode45_1e-9": ode45.ode45_1e9,
+    "ode45_1e-12": ode45.ode45_1e12,
+    "ode45_tightest": ode45.ode45_tightest,
     "lsoda": equator_numerical.lsoda,
     "dop853": equator_numerical.dop853,
 }
-"""The computations that are subjects of the benchmark."""
+"""The computations that are subjects of the benchmark, by their names in its registry."""
+
+
+_COLUMNS_AT_END = (
+    "dv_north_end_m_per_s",
+    "dv_up_end_m_per_s",
+    "dv_east_end_m_per_s",
+    "d_height_end_m",
+    "d_latitude_end_rad",
+    "d_longitude_end_rad",
+)
+"""Keys of the errors at the end, in the order of the state."""
 
 
 @cache
@@ -96,14 +111,13 @@ def row(name: str, errors: Array) -> dict[str, Any]:
     The orders of magnitude are those of the differences from the printed (22), which is what the paper looked at.
     """
     upward = np.abs(errors[:, UP])
-    least, most = orders_below_upward_velocity(errors - errors_of("printed")) or (None, None)
-    components = ("dv_north", "dv_up", "dv_east", "d_height", "d_latitude", "d_longitude")
+    least, most = orders_below_upward_velocity(errors - errors_of("equator_printed")) or (None, None)
     return {
         "computation": name,
-        **{f"{component}_end": float(x) for component, x in zip(components, errors[-1], strict=True)},
-        "dv_up_largest": float(upward.max()),
-        "instant_of_largest": float(truth().time[upward.argmax()]),
-        "height_to_velocity_end": float(abs(errors[-1, HEIGHT] / errors[-1, UP])),
+        **{column: float(x) for column, x in zip(_COLUMNS_AT_END, errors[-1], strict=True)},
+        "dv_up_largest_m_per_s": float(upward.max()),
+        "instant_of_largest_s": float(truth().time[upward.argmax()]),
+        "height_to_velocity_end_s": float(abs(errors[-1, HEIGHT] / errors[-1, UP])),
         "orders_below_least": least,
         "orders_below_most": most,
     }

@@ -127,25 +127,25 @@ def phase(*, case: str, component: str) -> Quantity:
 def discrepancy_component() -> Quantity:
     """Component in which the printed solution (22) is farthest from the certified one under (24)."""
     symbols = ("dv_N", "dv_H", "dv_E", "dH", "dphi", "dlambda")
-    errors = np.abs(check.errors_of("printed")).max(axis=0)
+    errors = np.abs(check.errors_of("equator_printed")).max(axis=0)
     return Quantity(symbols[int(errors.argmax())], "")
 
 
 def discrepancy_size() -> Quantity:
     """Largest error of dv_H by the printed (22) over the two hours of (24), m/s."""
-    return Quantity(Enclosure.exact(float(np.abs(check.errors_of("printed")[:, check.UP]).max())), "m/s")
+    return Quantity(Enclosure.exact(float(np.abs(check.errors_of("equator_printed")[:, check.UP]).max())), "m/s")
 
 
 def discrepancy_instant() -> Quantity:
     """Instant of that largest error, s, on the grid of the case."""
-    place = int(np.abs(check.errors_of("printed")[:, check.UP]).argmax())
+    place = int(np.abs(check.errors_of("equator_printed")[:, check.UP]).argmax())
     return Quantity(Enclosure.exact(float(check.truth().time[place])), "s")
 
 
 def discrepancy_at(*, time: str) -> Quantity:
     """Size of the error of dv_H by the printed (22) at an instant, s, of the grid of the case, m/s."""
     place = int(np.searchsorted(check.truth().time, float(time)))
-    return Quantity(Enclosure.exact(float(abs(check.errors_of("printed")[place, check.UP]))), "m/s")
+    return Quantity(Enclosure.exact(float(abs(check.errors_of("equator_printed")[place, check.UP]))), "m/s")
 
 
 def orders_below(*, solver: str, end: str) -> Quantity:
@@ -158,7 +158,7 @@ def orders_below(*, solver: str, end: str) -> Quantity:
     end : {"least", "most"}
         Of the five.
     """
-    orders = check.orders_below_upward_velocity(check.errors_of(solver) - check.errors_of("printed"))
+    orders = check.orders_below_upward_velocity(check.errors_of(solver) - check.errors_of("equator_printed"))
     if orders is None:
         raise ValueError(f"{solver} differs from the printed formulas in no other component")
     return Quantity(Enclosure.exact(orders[end == "most"]), "orders")

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any
 
 from sinsbench.claims.model import Call, Claim, ClaimResult, load_claims, recipes
-from sinsbench.claims.quantities import Enclosure, Quantity, printed_number, rounds_to, written_like
+from sinsbench.claims.quantities import Enclosure, Quantity, printed_number, rounds_to, significant_digits, written_like
 from sinsbench.claims.slips import SLIPS, Setting
 
 
@@ -94,11 +94,23 @@ def _explains(value: Enclosure | str, slips: Iterable[Call], setting: Setting) -
 def _attempt(claim: Claim) -> Callable[[Call], str]:
     def sentence(call: Call) -> str:
         quantity = _run(claim.paper, call.name, tuple(sorted(call.arguments.items())))
+        given = claim.recompute.arguments
+        # What the claim itself says need not be said again.
+        named = ", ".join(f"{key} {value}" for key, value in call.arguments.items() if given.get(key) != value)
         same = quantity.unit == claim.unit
-        number = written_like(quantity.value, claim.printed if same else "1.000e0")
-        return f"tried {call.name.replace('_', ' ')}: {number}{'' if same else ' ' + quantity.unit}"
+        number = written_like(quantity.value, _style_of_attempt(claim.printed) if same else "1.000e0")
+        recipe = call.name.replace("_", " ") + (f" ({named})" if named else "")
+        return f"tried {recipe}: {number}{'' if same else ' ' + quantity.unit}"
 
     return sentence
+
+
+def _style_of_attempt(printed: str) -> str:
+    """Return the print, or a number in its style with three digits if it has fewer: attempts shall be told apart."""
+    number = printed_number(printed)
+    if number is None or significant_digits(number) >= 3:
+        return printed
+    return "1.00e0" if "e" in printed else "1.00"
 
 
 def _relative_difference(value: Enclosure | str, printed: str) -> float | None:

@@ -28,7 +28,6 @@ from sinsdata.tiers import paper_cases
 Array = NDArray[np.float64]
 
 METHODS = {"4": PANOV_4, "6": PANOV_6}
-VARIANTS = ("variant1", "variant2", "variant3")
 MOTIONS = ("coning", "general")
 
 #: The scale error of the rotation vectors at which its effect, linear in it, is measured.

@@ -46,7 +46,7 @@ class Story:
     sentence : str
         What the rows show.
     rows : tuple of dict
-        Rows with equal keys; values that JSON can hold, SI units.
+        Rows with equal keys, which end in the SI unit of the value if it has one; values that JSON can hold.
     """
 
     name: str
@@ -69,7 +69,7 @@ def discrepancy_story() -> Story:
         check.row(f"constants (17) to {digits} digits", check.errors_of_rounded_constants(digits))
         for digits in check.ROUNDED_CONSTANTS
     ]
-    printed = check.errors_of("printed")
+    printed = check.errors_of("equator_printed")
     largest, end = float(np.abs(printed[:, check.UP]).max()), float(abs(printed[-1, check.UP]))
     instants = ", ".join(f"{t:.0f}" for t in check.extremes(printed))
     sentence = (
@@ -126,7 +126,7 @@ def _short_mantissa_values(cells: tuple[Cell, ...], bits: int, rounding: Roundin
 
 
 def _row(name: str, values: Mapping[Cell, float]) -> dict[str, Any]:
-    columns = {f"{cell.axes}_{cell.motion}_{cell.variant}": value for cell, value in values.items()}
+    columns = {f"{cell.axes}_{cell.motion}_{cell.variant}_m_per_s": value for cell, value in values.items()}
     return {"computation": name, **columns, "rms_log_ratio": root_mean_square_log_ratio(values)}
 
 
@@ -149,9 +149,9 @@ def scale_error_story() -> Story:
             "motion": cell.motion,
             "variant": cell.variant,
             "axes": cell.axes,
-            "printed": cell.printed,
-            "recomputed": exact[cell],
-            "with_scale_error": scaled[cell],
+            "printed_m_per_s": cell.printed,
+            "recomputed_m_per_s": exact[cell],
+            "with_scale_error_m_per_s": scaled[cell],
             "scale_error": fitted_scale(cell.motion),
         }
         for cell in cells
