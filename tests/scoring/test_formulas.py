@@ -103,18 +103,15 @@ def test_a_zero_component_that_is_missed_has_no_digits():
     assert row["mescd"] > 8
 
 
-def test_misalignment_is_passed_on():
-    case = EquatorCase(
-        "tilted",
-        600,
-        10000,
-        3600,
-        60,
-        (0,) * 6,
-        [[0, "1e-5", 0], ["-1e-5", 0, 0], [0, 0, 0]],
-        inertial_longitude="pi/6",
-    )
-    reference = equator_reference(case)
+@pytest.fixture(scope="module")
+def tilted():
+    misalignment = [[0, "1e-5", 0], ["-1e-5", 0, 0], [0, 0, 0]]
+    case = EquatorCase("tilted", 600, 10000, 3600, 60, (0,) * 6, misalignment, inertial_longitude="pi/6")
+    return case, equator_reference(case)
+
+
+def test_misalignment_is_passed_on(tilted):
+    case, reference = tilted
     [row] = score_formula(resolve("equator_robust"), case, reference, 0)
     assert row["status"] == "ok"
     assert row["velocity_error_max"] < 1e-12
@@ -139,3 +136,58 @@ def test_bad_subjects(function, status, reference):
     assert row["status"] == status
     assert row["message"]
     assert row["velocity_error_max"] is None
+
+
+def four(time, v_east, height, initial_errors):
+    return resolve("equator_robust").function(time, v_east, height, initial_errors)
+
+
+def positional(time, v_east, height, initial_errors, misalignment=None, inertial_longitude=0.0, /):
+    return four(time, v_east, height, initial_errors)
+
+
+def test_a_solver_of_four_arguments(reference, tilted):
+    assert scored(four, reference)["status"] == "ok"
+    loaded = LoadedSubject(Subject("mine", None, "mine", ""), four)
+    [row] = score_formula(loaded, *tilted, 0)
+    assert (row["status"], row["message"]) == ("not applicable", "takes no misalignment")
+
+
+@pytest.mark.parametrize(
+    ("function", "status", "message"),
+    [
+        (positional, "not applicable", "takes no misalignment"),
+        (lambda t, v, h, x, misalignment: None, "not applicable", "takes no inertial_longitude"),
+        (
+            lambda *_, **named: np.full((61, 6), float(sorted(named) == ["inertial_longitude", "misalignment"])),
+            "ok",
+            None,
+        ),
+        (lambda t, v, h, x, *, inertial_longitude, misalignment: 0 * t[:, None] + misalignment[0, 1] + x, "ok", None),
+    ],
+)
+def test_misalignment_goes_by_name(function, status, message, tilted):
+    [row] = score_formula(LoadedSubject(Subject("mine", None, "mine", ""), function), *tilted, 0)
+    assert (row["status"], row["message"]) == (status, message)
+
+
+@pytest.mark.parametrize("column", range(6))
+def test_errors_beyond_the_range_of_float64(column, reference):
+    def huge(*_):
+        states = reference.truth.state.copy()
+        states[7, column] = 1e308
+        return states
+
+    row = scored(huge, reference)
+    assert row["status"] == "not finite"
+    assert row["message"].endswith("first in row 7")
+
+
+def test_tiny_states_are_scored(reference):
+    row = scored(lambda *_: np.full(reference.truth.state.shape, 1e-320), reference)
+    assert row["status"] == "ok"
+    assert row["velocity_error_max"] > 0
+
+
+def test_a_transposed_result_gets_a_hint(reference):
+    assert scored(lambda *_: reference.truth.state.T, reference)["message"].endswith("transposed?")

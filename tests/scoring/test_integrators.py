@@ -261,3 +261,54 @@ def test_a_motion_about_a_fixed_axis():
         assert row["predicted_drift_deg_per_h"] == 0
         # Every order is exact here: what is left is rounding, at most a unit roundoff a sample.
         assert row["attitude_error_max"] < 64 * 1.2e-16
+
+
+@pytest.mark.parametrize("name", ["attitude", "velocity_inertial", "velocity_body"])
+@pytest.mark.parametrize("factor", [1e308, 1e-320])
+def test_errors_beyond_the_range_of_float64(short, name, factor):
+    case, rungs = short
+
+    def scaled(*inputs):
+        result = panov4(*inputs)
+        result[name] = np.full_like(result[name], factor)
+        return result
+
+    for row in score_integrator(user(scaled), case, rungs, 0):
+        if name != "attitude" and factor < 1:  # a tiny velocity is wrong, but its error is a number
+            field = {"velocity_inertial": "velocity_error_max", "velocity_body": "velocity_body_error_max"}[name]
+            assert (row["status"], row[field] > 0.1) == ("ok", True)
+        else:
+            assert (row["status"], row["attitude_error_max"]) == ("not finite", None)
+            assert row["message"]
+
+
+def test_the_largest_errors_that_are_numbers(short):
+    """Just below overflow of the norm, on one rung only: the slope is absurd, and still no warning leaks."""
+    case, rungs = short
+
+    def steep(angle, *inputs):
+        result = panov4(angle, *inputs)
+        if len(angle) == rungs[0].motion.samples:
+            result["velocity_inertial"][:] = 7e153
+        return result
+
+    for row in score_integrator(user(steep), case, rungs, 0):
+        assert row["status"] == "ok"
+        assert row["velocity_error_max"] > 0
+
+
+@pytest.mark.parametrize(("samples", "message"), [(1, "1 sample is less than a step of 4"), (3, "3 samples are less")])
+def test_fewer_samples_than_a_step(samples, message):
+    case = replace(CASES["variant1_general"], duration=ExactNumber(f"{samples}/100"))
+    [row] = score_integrator(resolve("panov4"), case, ladder(case, (Fraction(1),)), 0)
+    assert row["status"] == "not applicable"
+    assert row["message"].startswith(message)
+
+
+def test_long_rungs_are_left_out(monkeypatch):
+    case = replace(CASES["variant1_general"], duration=ExactNumber("0.64"))
+    for most, expected in ((256, [32, 64, 128, 256]), (255, [32, 64, 128]), (20, [64])):
+        monkeypatch.setattr("sinsbench.scoring.integrators._MOST_SAMPLES", most)
+        assert [rung.motion.samples for rung in ladder(case)] == expected
+    with pytest.raises(ValueError, match="more than 20 samples"):
+        ladder(case, LADDER[2:])

@@ -115,6 +115,11 @@ def test_any_of_the_three_results():
     ("result", "status", "words"),
     [
         (quaternions(5).T, "wrong shape", "(4, 5)"),
+        (quaternions(5).T, "wrong shape", "transposed?"),
+        ({"attitude": quaternions(5).T, "velocity_body": np.zeros((3, 5))}, "wrong shape", "transposed?"),
+        (quaternions(5) * 1e308, "not finite", "range of float64, first in row 0"),
+        (quaternions(5) * 1e-320, "not finite", "range of float64, first in row 0"),
+        (quaternions(5) * np.longdouble("1e4000"), "not finite", "first in row 0"),
         (quaternions(12), "wrong shape", "initial row missing"),
         (quaternions(14), "wrong shape", "(14, 4)"),
         (quaternions(1), "wrong shape", "(1, 4)"),
@@ -145,3 +150,58 @@ def test_states():
         with pytest.raises(RunError) as caught:
             checked_states(bad, 4)
         assert caught.value.status == status
+
+
+class UnprintableError(Exception):
+    def __str__(self):
+        raise RuntimeError("no words")
+
+
+class UnprintableNotApplicableError(UnprintableError, NotApplicableError):
+    pass
+
+
+class OutsiderError(BaseException):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (UnprintableError(), "error", "UnprintableError: its message cannot be had, __str__ raises RuntimeError ("),
+        (UnprintableNotApplicableError(), "not applicable", "__str__ raises RuntimeError"),
+        (OutsiderError("far out"), "error", "OutsiderError: far out ("),
+        (GeneratorExit(), "error", "GeneratorExit"),
+        (ValueError("half \ud800 a pair"), "error", "ValueError: half ? a pair ("),
+    ],
+)
+def test_no_exception_ends_the_run(error, status, words):
+    def function():
+        raise error
+
+    with pytest.raises(RunError) as caught:
+        run(function, ())
+    assert caught.value.status == status
+    assert words in str(caught.value)
+    assert str(caught.value).encode()
+
+
+def test_arguments_by_name_are_copied_too():
+    given = np.arange(3.0)
+
+    def function(*, x):
+        x += 1
+        return x
+
+    assert run(function, (), keywords={"x": given})[0].tolist() == [1, 2, 3]
+    assert given.tolist() == [0, 1, 2]
+
+
+def test_an_object_that_raises_when_asked_for_its_numbers_is_a_row() -> None:
+    class Tensor:
+        def __array__(self, dtype=None, copy=None):
+            raise RuntimeError("requires grad")
+
+    with pytest.raises(RunError, match="requires grad") as caught:
+        checked_integrator_output(Tensor(), 4)
+    assert caught.value.status == "wrong shape"

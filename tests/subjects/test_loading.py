@@ -160,3 +160,45 @@ def test_a_folder_is_no_file(tmp_path):
 
 def test_a_file_without_suffix(write):
     assert "does not end in .py" in failure(f"{write('x = 1', 'script')}:f")
+
+
+def test_only_callables_of_the_file_itself_are_listed(write):
+    path = write("from math import sin\nfrom pathlib import Path\ndef integrate(): ...\nclass Mine: ...\n")
+    assert failure(f"{path}:f").endswith("it holds integrate, Mine")
+    assert "no callable of its own" in failure(f"{write('from math import sin', 'imports.py')}:f")
+
+
+STRANGE = """
+class Strange(BaseException):
+    def __str__(self):
+        raise GeneratorExit
+raise Strange
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        (STRANGE, "line 5: Strange: its message cannot be had, __str__ raises GeneratorExit"),
+        ("raise GeneratorExit('bye')\n", "line 1: GeneratorExit: bye"),
+        ("import sys\ndel sys.modules[__name__]\nraise ValueError\n", "line 3: ValueError"),
+        ("raise ValueError('half \\ud800 a pair')\n", "line 1: ValueError: half ? a pair"),
+        ("raise SyntaxError('half \\ud800', ('a.py', 1, 1, ''))\n", "SyntaxError: half ?"),
+    ],
+)
+def test_whatever_a_file_raises_is_told(write, monkeypatch, source, expected):
+    path = write(source, "strange_module_here.py")
+    assert expected in failure(f"{path}:f")
+    monkeypatch.chdir(path.parent)
+    assert expected.partition(": ")[2].partition(":")[0] in failure("strange_module_here:f")
+
+
+def test_an_interrupt_of_an_import_goes_through(write, monkeypatch):
+    path = write("raise KeyboardInterrupt\n", "interrupted_module_here.py")
+    before = set(sys.modules)
+    with pytest.raises(KeyboardInterrupt):
+        resolve(f"{path}:f")
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(KeyboardInterrupt):
+        resolve("interrupted_module_here:f")
+    assert not [name for name in set(sys.modules) - before if "interrupted" in name]

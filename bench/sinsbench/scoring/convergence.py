@@ -104,6 +104,7 @@ def _reference_order(slopes: Array, error: Array, bounds: Array) -> float | None
     return float(np.median(slopes[converging])) if converging.any() else None
 
 
+@np.errstate(over="ignore")  # a steep slope may extrapolate to infinity, which nothing is mistaken for
 def _rounding(log_h: Array, error: Array, bounds: Array, order: float | None) -> Array:
     """Return the size of rounding on each rung where it has taken over, NaN on the others."""
     size = np.full(error.size, np.nan)

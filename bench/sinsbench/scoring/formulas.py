@@ -1,5 +1,7 @@
 """Scores of subjects of the equator error equations: errors by component, correct digits, ulps."""
 
+import inspect
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,13 +40,16 @@ class EquatorReference:
     scales : ndarray, shape (6,)
         sqrt(g R), m/s, for velocities; R, m, for the height; 1 for angles.
     arguments : tuple
-        What a subject is called with.
+        What a subject is called with: ``time, v_east, height, initial_errors``.
+    keywords : mapping
+        ``misalignment`` and ``inertial_longitude``, where the case has a misalignment; else empty.
     """
 
     truth: EquatorTruth
     input_errors: Array
     scales: Array
     arguments: tuple[Any, ...]
+    keywords: Mapping[str, Any]
 
 
 def _rounded(number: ExactNumber) -> ExactNumber:
@@ -85,15 +90,30 @@ def equator_reference(case: EquatorCase) -> EquatorReference:
             float(case.v_east),
             float(case.height),
             np.array([float(x) for x in case.initial_errors]),
-            None if misalignment is None else np.array([[float(x) for x in line] for line in misalignment]),
-            float(case.inertial_longitude),
         ),
+        {}
+        if misalignment is None
+        else {
+            "misalignment": np.array([[float(x) for x in line] for line in misalignment]),
+            "inertial_longitude": float(case.inertial_longitude),
+        },
     )
 
 
+def _not_taken(function: Callable[..., Any], names: Iterable[str]) -> str | None:
+    """Return the first of some names that a function does not take as a keyword."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # compiled code may hide its signature: the call will tell
+        return None
+    if any(one.kind is one.VAR_KEYWORD for one in parameters):
+        return None
+    taken = {one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)}
+    return next((name for name in names if name not in taken), None)
+
+
 def _digits(ratio: Array) -> float:
-    with np.errstate(divide="ignore"):
-        return float(-np.log10(ratio.max(initial=0.0)))
+    return float(-np.log10(ratio.max(initial=0.0)))
 
 
 def score_formula(
@@ -115,11 +135,11 @@ def score_formula(
     Returns
     -------
     list of dict
-        One row with the fields of `sinsbench.scoring.rows`. No error counts as less than what the rounding of
-        the inputs causes. Digits are those of the Test Set for IVP Solvers (Mazzia, Magherini 2008) at the
-        last epoch: ``scd = -log10 max |e/x|`` and ``mescd = -log10 max |e| / (s + |x|)``, where s takes the
-        place of the ratio of absolute to relative tolerance. A component that is exactly zero, and computed
-        as zero, is left out of ``scd``.
+        One row with the fields of `sinsbench.scoring.rows`. No error counts as less than what the rounding of the
+        inputs causes. A subject that takes no misalignment is not applicable to a case with one. Digits are those of
+        the Test Set for IVP Solvers (Mazzia, Magherini 2008) at the last epoch: ``scd = -log10 max |e/x|`` and
+        ``mescd = -log10 max |e| / (s + |x|)``, where s takes the place of the ratio of absolute to relative
+        tolerance. A component that is exactly zero, and computed as zero, is left out of ``scd``.
     """
     truth = reference.truth
     head: dict[str, Any] = {
@@ -129,12 +149,24 @@ def score_formula(
         "interval": float(case.interval),
     }
     try:
-        result, seconds = run(loaded.function, reference.arguments, repetitions, warm)
-        states = checked_states(result, len(truth.time))
+        missing = _not_taken(loaded.function, reference.keywords)
+        if missing is not None:
+            raise RunError("not applicable", f"takes no {missing}")
+        result, seconds = run(loaded.function, reference.arguments, repetitions, warm, keywords=reference.keywords)
+        fields = _measured(checked_states(result, len(truth.time)), reference)
     except RunError as failure:
         return [merged(head, {"status": failure.status, "message": str(failure)})]
+    return [merged(head, fields, {"ns_per_sample": seconds / len(truth.time) * 1e9})]
+
+
+@np.errstate(over="ignore", divide="ignore", invalid="ignore")
+def _measured(states: Array, reference: EquatorReference) -> dict[str, Any]:
+    truth = reference.truth
     floor = np.abs(reference.input_errors)
     error = np.maximum(np.abs(difference(states, truth.state, truth.state_lo)), floor)
+    finite = np.isfinite(np.linalg.norm(error, axis=1))
+    if not finite.all():
+        raise RunError("not finite", f"the error exceeds the range of float64, first in row {int(np.argmin(finite))}")
     size = np.abs(truth.state)
     # What a perfect subject leaves: the rounding of its inputs and that of its result.
     unavoidable = np.maximum(floor, np.abs(truth.state_lo))
@@ -142,22 +174,14 @@ def score_formula(
     end, end_size = error[-1], size[-1]
     counted = (end > 0) | (end_size > 0)
     nonzero = size > 0
-    with np.errstate(divide="ignore"):
-        relative = end[counted] / end_size[counted]
-    return [
-        merged(
-            head,
-            {
-                "status": "ok",
-                "velocity_error_max": speed.max(),
-                "velocity_error_end": speed[-1],
-                "velocity_input_floor": speed_floor.max(),
-                "at_floor": bool(speed.max() <= least.max()),
-                "ns_per_sample": seconds / len(truth.time) * 1e9,
-                "scd": _digits(relative),
-                "mescd": _digits(end / (reference.scales + end_size)),
-                "ulp_max": np.max(error[nonzero] / np.spacing(size[nonzero]), initial=0.0),
-            },
-            {f"error_{name}_max": error[:, i].max() for i, name in enumerate(COMPONENTS)},
-        )
-    ]
+    return {
+        "status": "ok",
+        "velocity_error_max": speed.max(),
+        "velocity_error_end": speed[-1],
+        "velocity_input_floor": speed_floor.max(),
+        "at_floor": bool(speed.max() <= least.max()),
+        "scd": _digits(end[counted] / end_size[counted]),
+        "mescd": _digits(end / (reference.scales + end_size)),
+        "ulp_max": np.max(error[nonzero] / np.spacing(size[nonzero]), initial=0.0),
+        **{f"error_{name}_max": error[:, i].max() for i, name in enumerate(COMPONENTS)},
+    }

@@ -4,7 +4,7 @@ Truth is compared at checkpoints common to all rungs, so that errors of differen
 same instants.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, reduce
@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 LADDER = tuple(Fraction(2) / 2**k for k in range(6))
 """Sampling intervals of a ladder, in units of the case's own."""
 
+_MOST_SAMPLES = 400_000  # on a rung: its arrays grow with the samples, and so does what computes them
 _USUAL_SAMPLES_PER_STEP = 4
 _DEG_PER_H = np.degrees(1.0) * 3600
 _AVERAGED_AWAY = 0.01  # accumulation relative to that of the bias that accumulates most
@@ -55,7 +56,8 @@ def ladder(case: DualPrecessionCase, factors: Sequence[Fraction] = LADDER) -> tu
     ----------
     case : DualPrecessionCase
     factors : sequence of Fraction
-        Intervals in units of the case's; those that do not divide the duration into whole samples are left out.
+        Intervals in units of the case's. Left out are those that do not divide the duration into whole samples and
+        those that divide it into more than 400,000, which would fill the memory; never the case's own interval, 1.
 
     Returns
     -------
@@ -71,6 +73,11 @@ def ladder(case: DualPrecessionCase, factors: Sequence[Fraction] = LADDER) -> tu
     used = sorted((x for x in map(Fraction, factors) if (case.samples / x).denominator == 1), reverse=True)
     if not used:
         raise ValueError(f"none of the intervals asked for divides {case.duration.text} s into whole samples")
+    used = [x for x in used if x == 1 or case.samples / x <= _MOST_SAMPLES]
+    if not used:
+        raise ValueError(
+            f"the intervals asked for divide {case.duration.text} s into more than {_MOST_SAMPLES} samples"
+        )
     common = used[0]
     for factor in used:  # the least common multiple of fractions; it divides the duration as each of them does
         numerators = common.numerator * factor.denominator, factor.numerator * common.denominator
@@ -113,6 +120,9 @@ class _Run:
 def _run(loaded: LoadedSubject, motion: SampledMotion, repetitions: int, warm: bool) -> _Run:
     step = loaded.subject.samples_per_step or 1
     samples = motion.samples - motion.samples % step
+    if not samples:
+        given = "1 sample is" if motion.samples == 1 else f"{motion.samples} samples are"
+        raise RunError("not applicable", f"{given} less than a step of {step}")
     arguments = (
         motion.angle[:samples],
         motion.velocity[:samples],
@@ -128,19 +138,25 @@ def _run(loaded: LoadedSubject, motion: SampledMotion, repetitions: int, warm: b
         raise RunError("not applicable", f"steps of {r} samples meet no checkpoint after the start")
     rows = motion.checkpoints[reached] // r
 
-    def errors(computed: Array | None, truth: Array, truth_lo: Array) -> Array | None:
-        return None if computed is None else difference(computed[rows], truth[reached], truth_lo[reached])
+    def errors(name: str, measure: Callable[[Array, Array, Array], Array] = difference) -> Array | None:
+        computed: Array | None = getattr(output, name)
+        if computed is None:
+            return None
+        with np.errstate(over="ignore", invalid="ignore"):
+            error = measure(computed[rows], getattr(motion, name)[reached], getattr(motion, f"{name}_lo")[reached])
+            finite = np.isfinite(_norms(error))
+        if not finite.all():
+            first = int(rows[np.argmin(finite)])
+            raise RunError("not finite", f"the error of {name} exceeds the range of float64, first in row {first}")
+        return error
 
-    attitude = output.attitude
     return _Run(
         output,
         motion.time[reached],
         reached,
-        None
-        if attitude is None
-        else attitude_error_vectors(attitude[rows], motion.attitude[reached], motion.attitude_lo[reached]),
-        errors(output.velocity_inertial, motion.velocity_inertial, motion.velocity_inertial_lo),
-        errors(output.velocity_body, motion.velocity_body, motion.velocity_body_lo),
+        errors("attitude", attitude_error_vectors),
+        errors("velocity_inertial"),
+        errors("velocity_body"),
         seconds / samples * 1e9,
     )
 
@@ -180,6 +196,7 @@ def _scaled(value: float | None, factor: float) -> float | None:
     return None if value is None else value * factor
 
 
+@np.errstate(over="ignore", invalid="ignore")  # large errors are finite, but what is derived from them may not be
 def _measured(errors: _Run, rung: Rung) -> dict[str, Any]:
     inputs, at = rung.inputs, errors.reached
     fields: dict[str, Any] = {

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinsbench.subjects.equator_model import NotApplicableError
+from sinsbench.subjects.loading import described, printable
 
 __all__ = ["IntegratorOutput", "RunError", "checked_integrator_output", "checked_states", "run"]
 
@@ -31,11 +32,11 @@ class RunError(Exception):
     status : str
         One of `sinsbench.scoring.rows.STATUSES`.
     message : str
-        One line.
+        Made one line, of limited length, that UTF-8 can encode.
     """
 
     def __init__(self, status: str, message: str) -> None:
-        line = " ".join(message.split())
+        line = printable(" ".join(message.split()))
         super().__init__(line if len(line) <= _MESSAGE_LENGTH else line[: _MESSAGE_LENGTH - 3] + "...")
         self.status = status
 
@@ -46,6 +47,7 @@ def run(
     repetitions: int = 3,
     warm: bool = False,
     budget: float = 0.3,
+    keywords: Mapping[str, Any] | None = None,
 ) -> tuple[Any, float]:
     """Call a subject, and again for its time.
 
@@ -60,6 +62,8 @@ def run(
         Whether the first call may be timed too; otherwise it may compile, and does not count.
     budget : float, default 0.3
         Time after which no further repetition starts, s.
+    keywords : mapping, optional
+        Arguments passed by name; arrays among them are copied too.
 
     Returns
     -------
@@ -71,30 +75,38 @@ def run(
     Raises
     ------
     RunError
-        If a call raises.
+        If a call raises anything but KeyboardInterrupt.
     """
-    result, first = _call(function, arguments)
+    named = keywords or {}
+    result, first = _call(function, arguments, named)
     times = [first] if warm and repetitions else []
     while len(times) < repetitions and sum(times) < budget:
-        times.append(_call(function, arguments)[1])
+        times.append(_call(function, arguments, named)[1])
     return result, min(times, default=float("nan"))
 
 
-def _call(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, float]:
-    own = tuple(x.copy() if isinstance(x, np.ndarray) else x for x in arguments)
+def _own(value: Any) -> Any:
+    return value.copy() if isinstance(value, np.ndarray) else value
+
+
+def _call(function: Callable[..., Any], arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> tuple[Any, float]:
+    own = tuple(map(_own, arguments))
+    named = {name: _own(value) for name, value in keywords.items()}
     try:
         # A subject's warnings and prints are its own affair: standard output belongs to the results.
         with warnings.catch_warnings(), contextlib.redirect_stdout(sys.stderr):
             warnings.simplefilter("ignore")
             start = time.perf_counter()
-            result = function(*own)
+            result = function(*own, **named)
             return result, time.perf_counter() - start
     except NotApplicableError as error:
-        raise RunError("not applicable", str(error)) from error
-    except (Exception, SystemExit) as error:  # a stranger's code may raise anything
+        raise RunError("not applicable", described(error)) from error
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # a stranger's code may raise anything
         last = traceback.extract_tb(error.__traceback__)[-1]
         place = f" ({Path(last.filename).name}, line {last.lineno})" if last.filename != __file__ else ""
-        raise RunError("error", f"{type(error).__name__}: {error}{place}") from error
+        raise RunError("error", f"{type(error).__name__}: {described(error)}{place}") from error
 
 
 @dataclass(frozen=True)
@@ -127,30 +139,32 @@ def checked_integrator_output(result: Any, samples: int) -> IntegratorOutput:
     Raises
     ------
     RunError
-        If a shape is wrong, n is not a multiple of the number of steps, a value is not finite, or a quaternion is zero.
+        If a shape is wrong, n is not a multiple of the number of steps, a value is not finite, a quaternion is zero,
+        or the square of its norm leaves the range of normal binary64.
     """
     given = result if isinstance(result, Mapping) else {"attitude": result}
     arrays = {name: _array(name, given[name]) for name in _COLUMNS if given.get(name) is not None}
     if not arrays:
         raise RunError("wrong shape", f"the result holds none of {', '.join(_COLUMNS)}")
-    rows = {name: len(array) for name, array in arrays.items() if array.ndim}
-    if len(set(rows.values())) > 1:
-        raise RunError("wrong shape", f"the numbers of rows differ: {', '.join(f'{n} {m}' for n, m in rows.items())}")
     for name, array in arrays.items():
         m = len(array) - 1 if array.ndim else 0
         if array.ndim != 2 or array.shape[1] != _COLUMNS[name] or m < 1 or samples % m:
-            hint = "; is the initial row missing?" if array.ndim == 2 and m >= 0 and samples % (m + 1) == 0 else ""
+            hint = _transposed(array, _COLUMNS[name])
+            if not hint and array.ndim == 2 and m >= 0 and samples % (m + 1) == 0:
+                hint = "; is the initial row missing?"
             raise RunError(
                 "wrong shape",
                 f"{name} has shape {array.shape}; (m+1, {_COLUMNS[name]}) is needed, the initial row and one a step, "
                 f"for {samples} samples in m equal steps{hint}",
             )
+    rows = {name: len(array) for name, array in arrays.items()}
+    if len(set(rows.values())) > 1:
+        raise RunError("wrong shape", f"the numbers of rows differ: {', '.join(f'{n} {m}' for n, m in rows.items())}")
     for name, array in arrays.items():
         _check_finite(name, array)
     attitude = arrays.get("attitude")
-    if attitude is not None and not np.any(attitude != 0, axis=1).all():
-        first = int(np.argmin(np.any(attitude != 0, axis=1)))
-        raise RunError("error", f"attitude is zero, no rotation, in row {first}")
+    if attitude is not None:
+        _check_norms(attitude)
     return IntegratorOutput(
         samples // (next(iter(rows.values())) - 1),
         attitude,
@@ -169,7 +183,8 @@ def checked_states(result: Any, epochs: int) -> Array:
     """
     states = _array("the result", result)
     if states.shape != (epochs, 6):
-        raise RunError("wrong shape", f"the result has shape {states.shape}; ({epochs}, 6) is needed")
+        hint = _transposed(states, 6)
+        raise RunError("wrong shape", f"the result has shape {states.shape}; ({epochs}, 6) is needed{hint}")
     _check_finite("the result", states)
     return states
 
@@ -179,9 +194,27 @@ def _array(name: str, value: Any) -> Array:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu":
             raise TypeError(f"its elements are {array.dtype}")
-        return array.astype(np.float64)
-    except (TypeError, ValueError) as error:
-        raise RunError("wrong shape", f"{name} is not an array of real numbers: {error}") from error
+        with np.errstate(over="ignore"):  # a wider type may overflow to infinity, which is found later
+            return array.astype(np.float64)
+    except Exception as error:  # a stranger's object may raise anything when it is asked for its numbers
+        raise RunError("wrong shape", f"{name} is not an array of real numbers: {described(error)}") from error
+
+
+def _transposed(array: Array, columns: int) -> str:
+    return "; transposed?" if array.ndim == 2 and array.shape[0] == columns != array.shape[1] else ""
+
+
+def _check_norms(attitude: Array) -> None:
+    nonzero = np.any(attitude != 0, axis=1)
+    if not nonzero.all():
+        raise RunError("error", f"attitude is zero, no rotation, in row {int(np.argmin(nonzero))}")
+    # A square that overflows, or loses digits to underflow, tells no rotation either.
+    with np.errstate(over="ignore", under="ignore"):
+        squares = np.sum(attitude**2, axis=1)
+    usable = np.isfinite(squares) & (squares >= np.finfo(np.float64).tiny)
+    if not usable.all():
+        first = int(np.argmin(usable))
+        raise RunError("not finite", f"the norm of attitude leaves the range of float64, first in row {first}")
 
 
 def _check_finite(name: str, array: Array) -> None:

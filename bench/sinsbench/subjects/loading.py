@@ -14,14 +14,22 @@ from typing import Any
 
 from sinsbench.subjects.registry import BUILT_IN, Subject
 
-__all__ = ["FORMS", "LoadedSubject", "SubjectError", "resolve"]
+__all__ = ["FORMS", "LoadedSubject", "SubjectError", "described", "printable", "resolve"]
 
 FORMS = "a built-in name, package.module:name or path/to/file.py:name"
 _LISTED = 8  # names shown of what a module holds
 
 
 class SubjectError(ValueError):
-    """A subject cannot be had; the message says in one line what is wrong and where."""
+    """A subject cannot be had; the message says in one line what is wrong and where.
+
+    Parameters
+    ----------
+    message : str
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message))
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,27 @@ class LoadedSubject:
 
     subject: Subject
     function: Callable[..., Any]
+
+
+def printable(text: str) -> str:
+    """Return a text that UTF-8 can encode, with a question mark for each lone surrogate."""
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def described(error: BaseException) -> str:
+    """Return the message of a stranger's exception in one line, which may be empty.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If it arrives meanwhile. Whatever else the exception's ``__str__`` raises is told in place of the message.
+    """
+    try:
+        return printable(" ".join(str(error).split()))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as another:  # a stranger's __str__ may raise anything
+        return f"its message cannot be had, __str__ raises {type(another).__name__}"
 
 
 def resolve(text: str) -> LoadedSubject:
@@ -98,9 +127,14 @@ def _callable(module: ModuleType, attribute: str, place: str) -> Callable[..., A
 
 
 def _callables_of(module: ModuleType) -> str:
-    names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
+    """List what the module itself defines; what it imports is hardly what the user means."""
+    names = [
+        name
+        for name, value in vars(module).items()
+        if callable(value) and not name.startswith("_") and getattr(value, "__module__", None) == module.__name__
+    ]
     if not names:
-        return "it holds no callable"
+        return "it holds no callable of its own"
     return f"it holds {', '.join(names[:_LISTED])}" + (", ..." if len(names) > _LISTED else "")
 
 
@@ -131,8 +165,10 @@ def _load_file(path: Path) -> ModuleType:
     try:
         with _importing_from(resolved.parent):
             specification.loader.exec_module(module)
-    except (Exception, SystemExit) as error:  # a stranger's file may raise anything
-        del sys.modules[name]
+    except BaseException as error:  # a stranger's file may raise anything
+        sys.modules.pop(name, None)
+        if isinstance(error, KeyboardInterrupt):
+            raise
         raise SubjectError(_failure(error, resolved, str(path))) from error
     return module
 
@@ -147,13 +183,15 @@ def _load_module(name: str) -> ModuleType:
                 f"there is no module {error.name!r} (a file is given as path/to/file.py:name)"
             ) from error
         raise SubjectError(_failure(error, None, name)) from error
-    except (Exception, SystemExit) as error:  # a stranger's module may raise anything
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # a stranger's module may raise anything
         raise SubjectError(_failure(error, None, name)) from error
 
 
 def _failure(error: BaseException, path: Path | None, place: str) -> str:
     """Say which line of the user's own code failed, and why, in one line."""
-    what = " ".join(f"{type(error).__name__}: {error}".split())
+    what = f"{type(error).__name__}: {described(error)}"
     if isinstance(error, SyntaxError) and error.lineno is not None:
         # The file with the slip may be another one, which the user's file imports.
         name = place if error.filename in (None, str(path)) else error.filename
