@@ -99,6 +99,7 @@ class _Case:
     interval: ExactNumber
     duration: ExactNumber
     _optional: ClassVar[frozenset[str]]
+    __dataclass_fields__: ClassVar[dict[str, Any]]
 
     @classmethod
     def from_mapping(cls, given: Mapping[str, Any]) -> Self:
@@ -109,7 +110,7 @@ class _Case:
         CaseError
             For unknown or missing keys and for inadmissible values.
         """
-        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        known = [field.name for field in fields(cls)]
         for key in given:
             if key not in known:
                 near = get_close_matches(key, known, 1)

@@ -182,8 +182,8 @@ def certified(known: Mapping[str, int]) -> str:
 
 
 def heading(name: str) -> str:
-    """Return the heading of a column from its key."""
-    return name.replace("_", " ")
+    """Return the heading of a column from its key; one with a unit behind a comma, such as dv_H, m/s, is a heading."""
+    return name if "," in name else name.replace("_", " ")
 
 
 def cell(value: Any) -> str:

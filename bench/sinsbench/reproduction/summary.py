@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sinsbench.claims.model import VERDICTS
 from sinsbench.cli.claims import claim_table, verdict_counts
-from sinsbench.cli.output import Output, cell, certified
+from sinsbench.cli.output import Output, cell, certified, heading
 from sinsbench.cli.scores import native, score_tables
 
 if TYPE_CHECKING:
@@ -167,6 +167,6 @@ def markdown(result: Reproduction) -> str:
 
 def _markdown_table(rows: list[dict[str, Any]]) -> str:
     names = list(rows[0])
-    lines = ["| " + " | ".join(name.strip().replace("_", " ") for name in names) + " |", "|" + "---|" * len(names)]
+    lines = ["| " + " | ".join(heading(name).strip() for name in names) + " |", "|" + "---|" * len(names)]
     lines += ["| " + " | ".join(cell(row.get(name)).replace("|", "\\|") for name in names) + " |" for row in rows]
     return "\n".join(lines)
