@@ -10,7 +10,8 @@ the fine epochs only, the products run compiled, and every digit stays enclosed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import zip_longest
 from math import comb
 from typing import Any, TypeAlias
@@ -21,13 +22,15 @@ from numpy.typing import NDArray
 
 from sinsref import digit_products
 from sinsref.arithmetic import BallArithmetic, Number
-from sinsref.rounding import decide, round_balls
+from sinsref.rounding import TINY, round_balls
 
 #: Integer multiples of the rates met so far, trailing zeros dropped.
 Key: TypeAlias = tuple[int, ...]
 
-#: Fine epochs of a block; the coarse ones are as many as the block needs.
-FINE = 256
+#: Most fine epochs of a block; the coarse ones are as many as the block needs.
+FINE = 512
+#: Consecutive exponentials of one rate that are computed as such.
+_NEAR = 16
 
 
 class NotAnExponentialSumError(ValueError):
@@ -187,30 +190,53 @@ class Table:
         The sums, real for real time.
     interval : arb
         Distance h of the epochs, s.
+    fine : int, optional
+        Fine epochs of a block. The square root of the number of epochs that will be asked for, or somewhat more, costs
+        least.
     """
 
-    def __init__(self, arithmetic: ExponentialSumArithmetic, columns: Sequence[Number], interval: arb) -> None:
+    def __init__(
+        self, arithmetic: ExponentialSumArithmetic, columns: Sequence[Number], interval: arb, fine: int | None = None
+    ) -> None:
         self._arithmetic = arithmetic
         self._interval = interval
+        self._fine_epochs = min(fine or FINE, FINE)
         # A real sum holds each oscillating term with its conjugate: one of the two is kept, doubled, and
         # the real part taken.
-        self._columns = [self._half(ExponentialSum.of(column)) for column in columns]
+        halves = [self._half(ExponentialSum.of(column)) for column in columns]
+        self._columns, self._neglected = [kept for kept, _ in halves], [left for _, left in halves]
         self._keys = sorted({key for column in self._columns for key in column})
+        self._rates = {
+            key: sum((arithmetic.rates[j] * n for j, n in enumerate(key) if n), acb(0)) for key in self._keys
+        }
         powers = {key: max(len(column.get(key, ())) for column in self._columns) for key in self._keys}
-        fine = self._exponentials(range(FINE))
         self._fine: dict[Key, list[list[arb]]] = {}
         for key in self._keys:
+            exponentials = self._exponentials(key, interval, self._fine_epochs)
             rows: list[list[arb]] = []
             for power in range(powers[key]):
-                values = [z * (interval * k) ** power if power else z for k, z in enumerate(fine[key])]
+                values = [z * (interval * k) ** power if power else z for k, z in enumerate(exponentials)]
                 rows.append([z.real for z in values])
                 if key:
                     rows.append([-z.imag for z in values])
             self._fine[key] = rows
+        self._steps: dict[Key, list[acb]] = {key: [] for key in self._keys}
         self._cut: dict[tuple[Key, int], digit_products.Digits] = {}
+        self._stacked: dict[int, digit_products.Digits] = {}
+        # Columns that few digits do not decide, met so far.
+        self._hard: set[int] = set()
 
-    def _half(self, column: ExponentialSum) -> dict[Key, list[acb]]:
-        """Return, key by key, the coefficients by power, one of each conjugate pair of keys."""
+    def _half(self, column: ExponentialSum) -> tuple[dict[Key, list[acb]], list[tuple[Key, int, arb]]]:
+        """Return the coefficients of a column, one of each conjugate pair of keys.
+
+        Terms that cancel leave a coefficient that contains zero: they count by their size alone.
+
+        Returns
+        -------
+        kept : dict
+            Key by key, the coefficients by power.
+        neglected : list of (key, power, bound of the coefficient)
+        """
         half: dict[Key, list[acb]] = {}
         for (power, key), coefficient in column.terms.items():
             imaginary = [n if self._arithmetic.rates[j].real.is_zero() else 0 for j, n in enumerate(key)]
@@ -220,19 +246,49 @@ class Table:
             coefficients = half.setdefault(key, [])
             coefficients.extend([acb(0)] * (power + 1 - len(coefficients)))
             coefficients[power] = coefficient * (2 if leading else 1)
-        return half
+        neglected = []
+        for key, coefficients in half.items():
+            while coefficients and coefficients[-1].contains(0):
+                bound = coefficients.pop().abs_upper()
+                if bound:
+                    neglected.append((key, len(coefficients), bound))
+        return {key: coefficients for key, coefficients in half.items() if coefficients}, neglected
 
-    def _exponentials(self, indices: Iterable[int]) -> dict[Key, list[acb]]:
-        times = [self._interval * k for k in indices]
-        rates = {
-            key: sum((self._arithmetic.rates[j] * n for j, n in enumerate(key) if n), acb(0)) for key in self._keys
-        }
-        return {key: [(rate * t).exp() for t in times] for key, rate in rates.items()}
+    def _ball_of_neglected(self, column: int, first: int, count: int) -> arb:
+        """Return a ball around zero that holds the neglected terms of a column at all these epochs."""
+        start, end = self._interval * first, self._interval * (first + count)
+        farthest, total = abs(start).max(abs(end)), arb(0)
+        for key, power, bound in self._neglected[column]:
+            growth = sum((self._arithmetic.rates[j].real * n for j, n in enumerate(key)), arb(0))
+            total += bound * farthest**power * (growth * start).exp().max((growth * end).exp())
+        return arb(0, total.abs_upper())
+
+    def negligible_columns(self, first: int, count: int) -> NDArray[np.bool_]:
+        """Return which columns are proved smaller than `sinsref.rounding.TINY` at the given epochs, as zeros are."""
+        return np.array(
+            [
+                not kept and bool(self._ball_of_neglected(column, first, count).rad() < TINY)
+                for column, kept in enumerate(self._columns)
+            ]
+        )
+
+    def _exponentials(self, key: Key, interval: arb, count: int) -> list[acb]:
+        """Return the exponential of a key at the first `count` multiples of an interval."""
+        # Angle addition once more: a product costs a twentieth of an exponential.
+        step = self._rates[key] * interval
+        near = [(step * k).exp() for k in range(min(count, _NEAR))]
+        far = [(step * k).exp() for k in range(0, count, _NEAR)]
+        return [z * w for z in far for w in near][:count]
 
     def _products(self, first: int, count: int) -> Iterator[tuple[list[list[arb]], list[tuple[Key, int]]]]:
         """Yield, column by column, the factors of the coarse epochs, and which rows of the fine ones they multiply."""
-        starts = range(first, first + count, FINE)
-        exponentials = self._exponentials(starts)
+        starts = range(first, first + count, self._fine_epochs)
+        exponentials: dict[Key, list[acb]] = {}
+        for key in self._keys:
+            if len(self._steps[key]) < len(starts):
+                self._steps[key] = self._exponentials(key, self._interval * self._fine_epochs, len(starts))
+            origin = (self._rates[key] * (self._interval * first)).exp()
+            exponentials[key] = [origin * z for z in self._steps[key][: len(starts)]]
         times = [self._interval * k for k in starts]
         for column in self._columns:
             coarse: list[list[arb]] = [[] for _ in starts]
@@ -260,11 +316,18 @@ class Table:
         list of list of arb
             One list a column.
         """
-        tables = []
-        for coarse, rows in self._products(first, count):
-            fine = [self._fine[key][n] for key, n in rows]
-            tables.append((arb_mat(coarse) * arb_mat(fine)).entries()[:count] if fine else [arb(0)] * count)
-        return tables
+        return [
+            self._balls_of(column, coarse, rows, first, count)
+            for column, (coarse, rows) in enumerate(self._products(first, count))
+        ]
+
+    def _balls_of(
+        self, column: int, coarse: list[list[arb]], rows: Sequence[tuple[Key, int]], first: int, count: int
+    ) -> list[arb]:
+        fine = [self._fine[key][n] for key, n in rows]
+        values = (arb_mat(coarse) * arb_mat(fine)).entries()[:count] if fine else [arb(0)] * count
+        neglected = self._ball_of_neglected(column, first, count)
+        return [value + neglected for value in values]
 
     def pairs(self, first: int, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
         """Return the columns rounded to pairs of binary64, by products of digits where these are exact.
@@ -281,34 +344,46 @@ class Table:
         decided : ndarray of bool, shape (count, columns)
             Whether both are proved.
         """
-        columns = []
-        for coarse, rows in self._products(first, count):
-            if not rows:
-                zeros = np.zeros(count)
-                columns.append((zeros, zeros, np.ones(count, np.bool_)))
+        # Column by column in memory: that is how tables are read and written.
+        high, low = (np.empty((len(self._columns), count)) for _ in range(2))
+        decided = np.empty((len(self._columns), count), np.bool_)
+        for column, (coarse, rows) in enumerate(self._products(first, count)):
+            out = high[column], low[column], decided[column]
+            neglected = self._ball_of_neglected(column, first, count)
+            if not rows or rows == [((), 0)]:
+                # Zero, or a constant.
+                _assign(out, round_balls([sum(coarse[0], arb(0)) + neglected]))
                 continue
             try:
-                head, rest, bound = digit_products.product(coarse, self._digits(rows))
-                columns.append(decide(*(part.ravel()[:count] for part in (head, rest, bound))))
+                product = digit_products.Product(coarse, self._digits(column, rows))
             except digit_products.OutOfRangeError:
-                fine = [self._fine[key][n] for key, n in rows]
-                columns.append(round_balls((arb_mat(coarse) * arb_mat(fine)).entries()[:count]))
-        high, low, decided = zip(*columns, strict=True)
-        return np.column_stack(high), np.column_stack(low), np.column_stack(decided)
+                _assign(out, round_balls(self._balls_of(column, coarse, rows, first, count)))
+                continue
+            left = float(neglected.rad()) + 1e-300 if self._neglected[column] else 0.0
+            ball_at = partial(self._ball_at, coarse, rows, neglected)
+            if not product.round(out, left, ball_at, few=column not in self._hard):
+                # Exact values, as a rule: the next block of this column will have them too.
+                self._hard.add(column)
+        return high.T, low.T, decided.T
 
-    def _digits(self, rows: Sequence[tuple[Key, int]]) -> digit_products.Digits:
-        """Return rows of fine factors as digits, each row cut once."""
-        for key, n in rows:
-            if (key, n) not in self._cut:
-                balls = self._fine[key][n]
-                exponent = digit_products.exponents_of(balls).max() + 1
-                self._cut[key, n] = digit_products.cut(balls, np.full(len(balls), exponent))
-        cut = [self._cut[row] for row in rows]
-        return digit_products.Digits(
-            np.stack([row.digits for row in cut], axis=1),
-            np.array([row.exponents[0] for row in cut]),
-            np.array([row.errors.max() for row in cut]),
-        )
+    def _ball_at(self, coarse: list[list[arb]], rows: Sequence[tuple[Key, int]], neglected: arb, place: int) -> arb:
+        """Return the value of one epoch of a block."""
+        row, column = divmod(place, self._fine_epochs)
+        return sum((x * self._fine[key][n][column] for x, (key, n) in zip(coarse[row], rows, strict=True)), neglected)
+
+    def _digits(self, column: int, rows: Sequence[tuple[Key, int]]) -> digit_products.Digits:
+        """Return the rows of fine factors of a column as digits, each row cut once."""
+        if column not in self._stacked:
+            for key, n in rows:
+                if (key, n) not in self._cut:
+                    self._cut[key, n] = digit_products.cut_row(self._fine[key][n])
+            self._stacked[column] = digit_products.stacked([self._cut[row] for row in rows])
+        return self._stacked[column]
+
+
+def _assign(out: digit_products.Pairs, values: digit_products.Pairs) -> None:
+    for part, given in zip(out, values, strict=True):
+        part[:] = given
 
 
 def _shifted(coefficients: list[acb], t: arb) -> list[acb]:

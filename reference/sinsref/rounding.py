@@ -27,6 +27,8 @@ NEGLIGIBLE = 2.0**-160
 ESCALATION = (256, 512, 1024, 2048, 4096)
 #: A value that 4096 bits cannot tell from zero and that is proved below this is stored as 0 and counted.
 TINY = 1e-300
+#: The bits of the largest binary64.
+_LARGEST_BITS = np.array(np.finfo(np.float64).max).view(np.int64).item()
 
 
 class UndecidedError(ArithmeticError):
@@ -107,21 +109,31 @@ def decide(
     decided : ndarray of bool, shape (n,)
         Whether high is certainly the nearest binary64 and low the nearest to the rest.
     """
-    # v lies within |low| + left of high, and within left of high + low. Sums of magnitudes and halved gaps
-    # are rounded up and down by one part in 2^50, far more than their few roundings.
-    distance = (np.abs(low) + left) * (1 + 2.0**-50)
-    head_decided = distance < _half_gap(high)
-    low_decided = (left * (1 + 2.0**-50) < _half_gap(low)) | (left == 0)
-    negligible = head_decided & (distance < NEGLIGIBLE * np.abs(high))
-    low = np.where(negligible, 0.0, low)
-    exact = (low == 0) & (left == 0)
-    return high, low, exact | (head_decided & (low_decided | negligible))
+    # v lies within |low| + left of high, and within left of high + low. Twice these, rounded up by one part in 2^48,
+    # far more than their few roundings, are compared with the gaps and with 2 NEGLIGIBLE |high|.
+    size, rest = np.abs(high), np.abs(low)
+    twice_left = left * (2 * (1 + 2.0**-48))
+    twice_distance = (rest + left) * (2 * (1 + 2.0**-48))
+    head_decided = twice_distance < _gap(size)
+    decided = head_decided & (twice_left < _gap(rest))
+    negligible = head_decided & (twice_distance < (2 * NEGLIGIBLE) * size)
+    if negligible.any():
+        low = np.where(negligible, 0.0, low)
+        decided |= negligible
+    if not left.all():
+        decided |= (left == 0) & (head_decided | (low == 0))
+    return high, low, decided
 
 
-def _half_gap(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return half the distance to the nearer neighbouring binary64 (the one towards zero, at a power of two)."""
-    magnitude = np.abs(x)
-    return (magnitude - np.nextafter(magnitude, 0.0)) * (0.5 * (1 - 2.0**-50))
+def _gap(magnitude: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distance of numbers that are not negative to the next binary64 towards zero, exactly; 0 for 0."""
+    # Their bits, read as integers, are in order: one less is the neighbour. Zero has none, and one less than the bits
+    # of NaN would be a signalling NaN.
+    below = magnitude.view(np.int64) - 1
+    np.maximum(below, 0, out=below)
+    np.minimum(below, _LARGEST_BITS, out=below)
+    gap: NDArray[np.float64] = magnitude - below.view(np.float64)
+    return gap
 
 
 def round_value(formula: Callable[[Arithmetic], Number], tally: RoundingTally | None = None) -> tuple[float, float]:

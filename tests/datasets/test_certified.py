@@ -19,12 +19,13 @@ from sinsdata.certified import Block, blocks
 from sinsdata.truth import (
     TRANSITION_ELEMENTS,
     WORKING_BITS,
+    equator_bits,
     equator_blocks,
     equator_modes,
     equator_state,
     increment_blocks,
     precession_blocks,
-    transition_blocks,
+    transition_formula,
 )
 from sinsref.arithmetic import Arithmetic, MpArithmetic, Number
 from sinsref.equator import EquatorModel, transition
@@ -102,6 +103,10 @@ def _assert_certified(high: NDArray[np.float64], low: NDArray[np.float64], exact
         error = abs(value - x)
         assert all(error <= abs(value - math.nextafter(x, side)) for side in (-math.inf, math.inf))
         assert abs(value - x - x_lo) <= PAIR * abs(value)
+
+
+def transition_blocks(case: EquatorCase, tally: RoundingTally) -> Iterator[Block]:
+    return blocks(transition_formula(case), case.interval, 0, case.samples + 1, equator_bits(case), tally)
 
 
 Table: TypeAlias = tuple[
@@ -202,7 +207,7 @@ def expected(tables: Tables) -> list[tuple[bytes, bytes]]:
     return [_bytes(blocks_of(case, RoundingTally())) for blocks_of, case in tables]
 
 
-@pytest.mark.parametrize(("block", "fine"), [(1, 2), (40, 256), (64, 5), (65536, 1), (300, 1000)])
+@pytest.mark.parametrize(("block", "fine"), [(7, 2), (40, 256), (64, 5), (65536, 1), (300, 1000)])
 def test_values_do_not_depend_on_how_a_table_is_cut(
     tables: Tables, expected: list[tuple[bytes, bytes]], monkeypatch: pytest.MonkeyPatch, block: int, fine: int
 ) -> None:
@@ -214,7 +219,7 @@ def test_values_do_not_depend_on_how_a_table_is_cut(
 def test_products_of_matrices_and_single_epochs_give_the_same_pairs(
     tables: Tables, expected: list[tuple[bytes, bytes]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sinsdata.certified, "_table", lambda formula, interval, bits: None)
+    monkeypatch.setattr(sinsdata.certified, "_table", lambda *_: None)
     assert [_bytes(blocks_of(case, RoundingTally())) for blocks_of, case in tables] == expected
 
 
@@ -222,8 +227,8 @@ def test_only_the_misaligned_table_is_no_sum_of_exponentials(mapping: Any) -> No
     """Otherwise the comparison above would compare one path with itself."""
     equator = EquatorCase.from_mapping(mapping("equator_errors"))
     tilted = EquatorCase.from_mapping(mapping("equator_errors", misalignment=[[1e-6, 2e-6, 0]] * 3))
-    assert sinsdata.certified._table(equator_state(equator), equator.interval, WORKING_BITS) is not None
-    assert sinsdata.certified._table(equator_state(tilted), tilted.interval, WORKING_BITS) is None
+    assert sinsdata.certified._table(equator_state(equator), equator.interval, WORKING_BITS, 9) is not None
+    assert sinsdata.certified._table(equator_state(tilted), tilted.interval, WORKING_BITS, 9) is None
 
 
 @pytest.mark.parametrize(("first", "count"), [(0, 601), (1, 600), (255, 3), (256, 1), (599, 2), (123, 456)])
@@ -270,7 +275,10 @@ def test_exact_zeros_are_zero_and_counted(mapping: Any) -> None:
     # Columns that are zero throughout are known before any epoch is computed; so is time 0.
     assert tally.exact_zeros >= zero.sum() - 9 - 9 - 1
     # In W_E = conj(Q) o W_I o Q products of sin(pi/6) and cos(pi/6) cancel: proved small, not known to be zero.
-    assert tally.bounded_zeros <= (high[:, 8:] == 0).sum()
+    # So is, at once, a column without a value that is not zero.
+    throughout = (high == 0).all(axis=0).sum() * len(high)
+    assert tally.bounded_zeros <= (high[:, 8:] == 0).sum() + throughout
+    assert tally.bounded_zeros + tally.exact_zeros <= (high == 0).sum()
 
 
 def test_channels_that_are_not_excited_are_exactly_zero(mapping: Any) -> None:
@@ -287,3 +295,32 @@ def test_no_zero_is_negative(tables: Tables) -> None:
     for blocks_of, case in tables:
         for part in _whole(blocks_of(case, RoundingTally())):
             assert not np.signbit(part[part == 0]).any()
+
+
+def test_a_column_of_zeros_is_proved_once(mapping: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a dual part of the spin rate nothing moves along the axis of precession, which no ball knows."""
+    still = {"spin_rate_dual": 0, "initial_velocity": [100, 0, 0]}
+    case = DualPrecessionCase.from_mapping(mapping("dual_precession", **still, interval="1/16", duration=2))
+    tallies = RoundingTally(), RoundingTally()
+    at_once = _bytes(precession_blocks(case, tallies[0]))
+    monkeypatch.setattr(sinsdata.certified, "_negligible_columns", lambda *_: np.zeros(11, np.bool_))
+    assert _bytes(precession_blocks(case, tallies[1])) == at_once
+    assert tallies[0].raised == tallies[1].raised
+    # Row by row the zero of the first epoch is known exactly.
+    assert [tally.bounded_zeros + tally.exact_zeros for tally in tallies] == [tallies[0].raised] * 2
+    assert tallies[0].bounded_zeros >= case.samples + 1
+
+
+def test_a_tiny_column_is_not_taken_for_zero(mapping: Any) -> None:
+    """Three times sqrt(2), less sqrt(18), is zero; with 1e-299 added to one of them it is not."""
+    case = DualPrecessionCase.from_mapping(mapping("dual_precession"))
+
+    def formula(ar: Arithmetic, time: Number) -> list[Number]:
+        zero = ar.sqrt(ar.number(2)) * 3 - ar.sqrt(ar.number(18))
+        turn = ar.sin_cos(time)[1]
+        return [zero * turn, zero * turn + ar.number("1e-299") * turn, (zero + ar.number("1e-900")) * turn]
+
+    (block,) = blocks(formula, case.interval, 0, 5, WORKING_BITS, RoundingTally())
+    cosine = np.cos(block.time)
+    assert not block.high[:, [0, 2]].any()
+    np.testing.assert_allclose(block.high[:, 1], 1e-299 * cosine, rtol=1e-15)

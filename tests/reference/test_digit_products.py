@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sinsref import digit_products
 from sinsref.arithmetic import BallArithmetic
-from sinsref.digit_products import Digits, OutOfRangeError, cut, exponents_of, product
+from sinsref.digit_products import ALL_DIGITS, FEW_DIGITS, OutOfRangeError, Product, cut_row, stacked
 from sinsref.exponential_sums import FINE, ExponentialSumArithmetic, Table
 from sinsref.rounding import round_balls
 
@@ -23,14 +23,12 @@ def exactly(point):
     return mantissa * Fraction(2) ** exponent
 
 
+def product(left, right, places=ALL_DIGITS):
+    return Product(left, right).rows(slice(None), places)
+
+
 def rows_of_digits(rows):
-    """Cut a matrix row by row with one exponent a row, as `product` wants its right factor."""
-    parts = [cut(row, np.full(len(row), exponents_of(row).max() + 1)) for row in rows]
-    return Digits(
-        np.stack([part.digits for part in parts], axis=1),
-        np.array([part.exponents[0] for part in parts]),
-        np.array([part.errors.max() for part in parts]),
-    )
+    return stacked([cut_row(row) for row in rows])
 
 
 @st.composite
@@ -51,12 +49,12 @@ def ball(draw):
 
 
 @deterministic
-@given(st.data(), st.integers(1, 4), st.integers(1, 6), st.integers(1, 4))
-def test_the_bound_encloses_the_product(data, m, k, n):
+@given(st.data(), st.integers(1, 4), st.integers(1, 6), st.integers(1, 4), st.sampled_from([3, FEW_DIGITS, ALL_DIGITS]))
+def test_the_bound_encloses_the_product(data, m, k, n, places):
     with BallArithmetic(BITS):
         left = [[data.draw(ball()) for _ in range(k)] for _ in range(m)]
         right = [[data.draw(ball()) for _ in range(n)] for _ in range(k)]
-        head, rest, bound = product(left, rows_of_digits(right))
+        head, rest, bound = product(left, rows_of_digits(right), places)
         assert head.shape == rest.shape == bound.shape == (m, n)
         # The farthest corners of the balls: every combination of ends is in the range of the sum of these.
         for i in range(m):
@@ -71,13 +69,29 @@ def test_the_bound_encloses_the_product(data, m, k, n):
                 assert abs(rest[i, j]) <= np.spacing(abs(head[i, j])) / 2
 
 
-def test_the_bound_is_small_for_accurate_balls():
+@pytest.mark.parametrize(
+    ("places", "small"),
+    [
+        # What the third binary64 would hold, at most half an ulp of the second.
+        (ALL_DIGITS, 2.0**-105),
+        # The same, on top of 39 terms of ten units of 2^-140 of a product, which the sum of 39 may be smaller than.
+        (FEW_DIGITS, 2.0**-105 + 390 * 8 * 2.0**-140),
+    ],
+)
+def test_the_bound_is_small_for_accurate_balls(places, small):
     with BallArithmetic(BITS):
         left = [[arb(k + i).sqrt() for k in range(1, 40)] for i in range(5)]
         right = [[arb(k * 7 + j).sin() for j in range(11)] for k in range(1, 40)]
-        head, _, bound = product(left, rows_of_digits(right))
-    # What the third binary64 would hold, at most half an ulp of the second.
-    assert (bound < 2.0**-105 * np.abs(head).max()).all()
+        head, _, bound = product(left, rows_of_digits(right), places)
+    assert (bound < small * np.abs(head).max()).all()
+
+
+def test_some_rows_are_those_of_the_whole():
+    with BallArithmetic(BITS):
+        left = [[(arb(2) ** (40 * i) * k).sqrt() for k in range(1, 6)] for i in range(5)]
+        made = Product(left, rows_of_digits([[arb(k * 7 + j).sin() for j in range(11)] for k in range(1, 6)]))
+    for whole, part in zip(made.rows(slice(None)), made.rows(slice(1, 3)), strict=True):
+        assert np.array_equal(whole[1:3], part)
 
 
 def test_exact_integers_come_out_exactly():
@@ -133,6 +147,34 @@ def test_pairs_are_those_of_the_balls(count):
         assert both.sum() >= 0.98 * count - 1
         assert (high[both, place] == x[both]).all()
         assert (low[both, place] == x_lo[both]).all()
+
+
+@pytest.mark.parametrize("few", [3, ALL_DIGITS])
+def test_pairs_do_not_depend_on_how_many_digits_come_first(monkeypatch, few):
+    found = []
+    for places in (FEW_DIGITS, few):
+        monkeypatch.setattr(digit_products, "FEW_DIGITS", places)
+        with ExponentialSumArithmetic(BITS) as ar:
+            found.append(Table(ar, columns(ar), ar.number("1/7")).pairs(5, 3 * FINE + 1))
+    both = found[0][2] & found[1][2]
+    assert both.mean() > 0.8  # the last of the seven columns is zero, which balls do not decide
+    for first, second in zip(found[0][:2], found[1][:2], strict=True):
+        assert np.array_equal(first[both], second[both])
+
+
+@pytest.mark.parametrize(("interval", "hard"), [("1/8", {0}), ("1/1000", set())])
+def test_values_that_few_digits_do_not_decide_get_more(interval, hard):
+    """Seven digits do not prove that a rest is negligible: for each time here, or for one in 125."""
+    count = 20_000
+    with ExponentialSumArithmetic(BITS) as ar:
+        table = Table(ar, [ar.time * ar.number(4)], ar.number(interval) / 4)
+        high, low, decided = table.pairs(0, count)
+    assert table._hard == hard
+    assert decided.all()
+    times = [k * Fraction(interval) for k in range(count)]
+    assert high[:, 0].tolist() == [float(t) for t in times]
+    rests = [float(t - Fraction(float(t))) for t in times]
+    assert low[:, 0].tolist() == rests
 
 
 def test_columns_beyond_the_range_of_digits_fall_back_to_balls():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from sinsref.arithmetic import BallArithmetic
 from sinsref.equator import EquatorModel, homogeneous
 from sinsref.exact import ExactNumber
-from sinsref.exponential_sums import ExponentialSumArithmetic, NotAnExponentialSumError, Table
+from sinsref.exponential_sums import ExponentialSum, ExponentialSumArithmetic, NotAnExponentialSumError, Table
 from sinsref.precession import DualPrecession, increments, solution
 
 deterministic = settings(derandomize=True, deadline=None, database=None, max_examples=12)
@@ -137,3 +137,45 @@ def test_constants_pass_for_numbers():
         assert ar.sign(-three) == -1
         assert 3 <= ar.magnitude(three) < 3.001
         assert (12 / three).terms[(0, ())].overlaps(acb(4))
+
+
+def uncertain(ar, radius):
+    """One, and terms with coefficients that contain zero: growing, falling, oscillating with a power of time."""
+    error = acb(arb(0, radius), arb(0, radius))
+    column = ExponentialSum.of(arb(1))
+    for term in (ar.exp(ar.time / 10), ar.exp(-ar.time / 10), ar.sin_cos(ar.time)[0] * ar.time):
+        column = column + term * error
+    return column
+
+
+def test_what_cancelled_terms_may_be_is_in_the_balls():
+    with ExponentialSumArithmetic(BITS) as ar:
+        table = Table(ar, [uncertain(ar, 1e-20)], ar.number("1/2"))
+        for first in (-200, 0, 200):
+            for place, value in enumerate(table.balls(first, 100)[0]):
+                t = arb(first + place) / 2
+                worst = arb(1e-20) * ((t / 10).exp() + (-t / 10).exp() + abs(t)) * arb("0.999")
+                assert value.contains(1 + worst)
+                assert value.contains(1 - worst)
+
+
+@pytest.mark.parametrize(("radius", "decided"), [(1e-20, False), (1e-60, True)])
+def test_what_cancelled_terms_may_be_counts_in_rounding(radius, decided):
+    with ExponentialSumArithmetic(BITS) as ar:
+        third, wave = ar.number("1/3"), ar.sin_cos(ar.time * 2)[1]
+        small = uncertain(ar, radius)
+        for column in (small * third, small + wave, wave * third + (small - 1)):
+            _, _, sure = Table(ar, [column], ar.number("1/2")).pairs(1, 300)
+            assert sure.all() if decided else not sure.any()
+
+
+def test_terms_that_cancel_cost_nothing():
+    """Of the 116 factors of attitude and velocities in both axes a third is left."""
+    values = (6.28, 0.5, 0.17, 10.0, 100.0, 1.0, 0.0, 0.0, 0.0, 100.0, 0.0, 0.0)
+    numbers = [ExactNumber(x) for x in values]
+    motion = DualPrecession(*numbers[:5], None, tuple(numbers[9:]))
+    with ExponentialSumArithmetic(BITS) as ar:
+        columns = [x for part in solution(ar, motion, ar.time) for x in part]
+        table = Table(ar, columns, ar.number("1/100"))
+        assert sum(len(rows) for _, rows in table._products(0, 1)) < 40
+    agree(lambda ar, time: [x for part in solution(ar, motion, time) for x in part], "1/100", 7, 900, {0, 899}, 1e-42)

@@ -15,6 +15,7 @@ from sinsref.rounding import (
     NEGLIGIBLE,
     RoundingTally,
     UndecidedError,
+    decide,
     nearest_float,
     pairs_at,
     round_balls,
@@ -97,6 +98,30 @@ def test_a_wide_ball_is_never_decided_wrongly(value, bits):
         expected, rest = expected_pair(end)
         assert high[0] == expected
         assert low[0] == rest or abs(rest) < NEGLIGIBLE * abs(expected)
+
+
+def test_deciding_by_numbers():
+    nan, inf, tiny = math.nan, math.inf, 5e-324
+    rows = [
+        # high, low, what is left, low then, decided
+        (1.0, 1e-17, 1e-40, 1e-17, True),
+        (1.0, 2.0**-54, 1e-40, 2.0**-54, False),  # half the gap below 1
+        (1.5, 2.0**-54, 1e-40, 2.0**-54, True),
+        (1.0, 1e-17, 1e-33, 1e-17, False),
+        (-1.0, -1e-50, 1e-52, 0.0, True),  # negligible
+        (1.0, 0.0, 0.0, 0.0, True),
+        (0.0, 0.0, 0.0, 0.0, True),
+        (0.0, 0.0, 1e-300, 0.0, False),
+        (tiny, 0.0, 0.0, 0.0, True),
+        (tiny, 0.0, tiny, 0.0, False),
+        (nan, nan, nan, nan, False),
+        (inf, nan, nan, nan, False),
+    ]
+    high, low, left, expected, sure = (np.array(column) for column in zip(*rows, strict=True))
+    found = decide(high, low, left)
+    assert np.array_equal(found[0], high, equal_nan=True)
+    assert np.array_equal(found[1], expected, equal_nan=True)
+    assert np.array_equal(found[2], sure)
 
 
 def test_ordinary_values_are_decided_at_once():
