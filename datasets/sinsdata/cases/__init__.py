@@ -11,15 +11,25 @@ from typing import TypeAlias
 
 from sinsdata.cases.base import CaseError, whole_intervals
 from sinsdata.cases.equator import EquatorCase
+from sinsdata.cases.error_equations import ErrorEquationCase
 from sinsdata.cases.precession import DualPrecessionCase
 
-__all__ = ["CASE_CLASSES", "Case", "CaseError", "DualPrecessionCase", "EquatorCase", "whole_intervals"]
+__all__ = [
+    "CASE_CLASSES",
+    "Case",
+    "CaseError",
+    "DualPrecessionCase",
+    "EquatorCase",
+    "ErrorEquationCase",
+    "whole_intervals",
+]
 
 #: A case of any dataset.
-Case: TypeAlias = EquatorCase | DualPrecessionCase
+Case: TypeAlias = EquatorCase | DualPrecessionCase | ErrorEquationCase
 
 #: The class of the cases of each dataset.
-CASE_CLASSES: Mapping[str, type[EquatorCase | DualPrecessionCase]] = {
+CASE_CLASSES: Mapping[str, type[EquatorCase | DualPrecessionCase | ErrorEquationCase]] = {
     "equator_errors": EquatorCase,
     "dual_precession": DualPrecessionCase,
+    "error_equations": ErrorEquationCase,
 }

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import Any, ClassVar, Self
 
 from sinsref.exact import ExactNumber, ExpressionError
@@ -47,20 +48,30 @@ def checked_number(field: str, value: Any) -> ExactNumber:
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str | ExactNumber):
         raise CaseError(field, value, 'must be a number, or a string such as "pi/18"')
-    out_of_range = CaseError(field, value, f"must be 0, or {_SMALLEST:g} to {_LARGEST:g} in magnitude")
+    admitted = _admitted(type(value).__name__, value)
+    if isinstance(admitted, str):
+        raise CaseError(field, value, admitted)
+    return admitted
+
+
+# Cached: the cases of a sweep repeat the values of its axes, and reading one takes longer than all the rest of a case.
+# The type is part of the key: 1, 1.0 and True are equal.
+@lru_cache(maxsize=4096)
+def _admitted(kind: str, value: float | str | ExactNumber) -> ExactNumber | str:
+    """Return the number, or what would be admissible instead."""
+    out_of_range = f"must be 0, or {_SMALLEST:g} to {_LARGEST:g} in magnitude"
     if isinstance(value, int) and abs(value) > _LARGEST:
-        raise out_of_range
+        return out_of_range
     try:
         number = ExactNumber(value)
     except ExpressionError as error:
-        raise CaseError(field, value, str(error)) from None
+        return str(error)
     # The arithmetic of exact zeros tells 0 from what binary64 cannot.
     with PiMonomialArithmetic(256) as arithmetic:
         exact = number.evaluate(arithmetic)
         zero = isinstance(exact, PiMonomial) and not exact.coefficient
-        if not (zero or _SMALLEST <= arithmetic.magnitude(exact) * (1 + 1e-9) <= _LARGEST * (1 + 3e-9)):
-            raise out_of_range
-    return number
+        admissible = zero or _SMALLEST <= arithmetic.magnitude(exact) * (1 + 1e-9) <= _LARGEST * (1 + 3e-9)
+    return number if admissible else out_of_range
 
 
 def checked_vector(field: str, value: Any, length: int) -> tuple[ExactNumber, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar
 
 from sinsdata.cases.base import CaseError, SampledCase, checked_number, checked_vector
@@ -15,6 +16,14 @@ from sinsref.exact import ExactNumber
 _ZERO = ExactNumber(0)
 #: Natural logarithm of the largest growth: times the largest error it is far inside the range of binary64.
 _MAXIMUM_GROWTH = 500.0
+
+
+@lru_cache(maxsize=4096)
+def _growth_rate(v_east: ExactNumber, height: ExactNumber) -> float:
+    """Return a bound of the rate at which errors grow, 1/s."""
+    ar = MpArithmetic(30)
+    model = EquatorModel.at(ar, v_east, height)
+    return float((ar.magnitude(model.p) + ar.magnitude(model.q) ** 0.5) ** 0.5)
 
 
 @dataclass(frozen=True)
@@ -63,9 +72,7 @@ class EquatorCase(SampledCase):
         self._check_name_and_sampling()
         if float(self.height) <= -float(SEMI_MAJOR_AXIS):
             raise CaseError("height", self.height, f"must be above the Earth's centre, {-float(SEMI_MAJOR_AXIS):.0f} m")
-        ar = MpArithmetic(30)
-        model = EquatorModel.at(ar, self.v_east, self.height)
-        growth = (ar.magnitude(model.p) + ar.magnitude(model.q) ** 0.5) ** 0.5
+        growth = _growth_rate(self.v_east, self.height)
         if growth * float(self.duration) > _MAXIMUM_GROWTH:
             raise CaseError(
                 "duration",
