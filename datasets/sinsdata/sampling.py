@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -11,31 +11,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinsdata.cases import CaseError, DualPrecessionCase, EquatorCase, whole_intervals
-from sinsdata.certified import Block
-from sinsdata.truth import equator_blocks, increment_blocks, precession_blocks
+from sinsdata.certified import Block, blocks
+from sinsdata.conventions import TABLES, Convention, known_convention, nonuniform_time
+from sinsdata.truth import WORKING_BITS, equator_blocks, precession_formula
+from sinsref.arithmetic import Arithmetic, Number
 from sinsref.exact import ExactNumber
-from sinsref.rounding import RoundingTally
+from sinsref.rounding import RoundingTally, pairs_at, round_value
 
 _Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class SampledMotion:
-    """Increments and truth of a dual precession.
+    """Inputs of a dual precession in one convention, and truth.
 
     Attributes
     ----------
     case_name : str
-    interval : float
-        Sampling interval, s.
+    convention : Convention
+        What `first` and `second` mean.
+    interval, interval_lo : float
+        Sampling interval, s: nearest binary64 and rest.
     samples : int
-        Number n of increments.
+        Number n of samples.
+    ends : ndarray of int, shape (r+1,)
+        Numbers of the samples that the r input rows end with, 0 before them: 0 ... n unless some are dropped.
+    end_times : ndarray, shape (r+1,)
+        Their times, s.
+    first, first_lo, second, second_lo : ndarray, shape (r, 3) or (r+1, 3)
+        The two vectors that a subject is given and their rests; r+1 rows where the convention has one for the start.
     angle, angle_lo : ndarray, shape (n, 3)
-        Integrals of the body angular rate over each sample, rad: nearest binary64 and rest.
+        Integrals of the body angular rate over every sample, rad, whatever the convention.
     velocity, velocity_lo : ndarray, shape (n, 3)
         Integrals of the specific force in body axes, m/s.
     checkpoints : ndarray of int, shape (m,)
-        Samples at the end of which truth is given; the first is 0.
+        Samples at the end of which truth is given, equidistant; the first is 0.
     time : ndarray, shape (m,)
         Their times, s.
     attitude, attitude_lo : ndarray, shape (m, 4)
@@ -45,8 +55,16 @@ class SampledMotion:
     """
 
     case_name: str
+    convention: Convention
     interval: float
+    interval_lo: float
     samples: int
+    ends: NDArray[np.int64]
+    end_times: _Array
+    first: _Array
+    first_lo: _Array
+    second: _Array
+    second_lo: _Array
     angle: _Array
     angle_lo: _Array
     velocity: _Array
@@ -80,19 +98,16 @@ class EquatorTruth:
     state_lo: _Array
 
 
-def _collect(blocks: Iterator[Block]) -> tuple[_Array, _Array, _Array]:
-    parts = list(blocks)
-    return (
-        np.concatenate([part.time for part in parts]),
-        np.concatenate([part.high for part in parts]),
-        np.concatenate([part.low for part in parts]),
-    )
+def _collect(parts: Iterable[Block]) -> Block:
+    columns = zip(*((part.index, part.time, part.time_lo, part.high, part.low) for part in parts), strict=True)
+    return Block(*map(np.concatenate, columns))
 
 
 def sample(
     case: DualPrecessionCase,
     refinement: Fraction = Fraction(1),
     checkpoint_interval: ExactNumber | None = None,
+    convention: str = "increments",
 ) -> SampledMotion:
     """Sample a case at its own interval or at a multiple of it.
 
@@ -102,44 +117,85 @@ def sample(
     refinement : Fraction, default 1
         The sampling interval in units of the case's.
     checkpoint_interval : ExactNumber, optional
-        Distance of the epochs at which truth is given, a whole number of samples, s; every sample by default.
+        Distance of the epochs at which truth is given, a whole number of samples, s; every sample by default. Where
+        samples lie off the grid, so does the truth at their ends.
+    convention : str, default "increments"
+        A name of `sinsdata.conventions.CONVENTIONS`.
 
     Raises
     ------
     CaseError
         If the duration is not a whole number of the intervals asked for.
+    ValueError
+        If there is no such convention.
     """
+    wanted = known_convention(convention)
     interval = _multiple(case.interval, refinement)
     samples = _whole(case.duration, interval)
     every = 1 if checkpoint_interval is None else _whole(checkpoint_interval, interval)
-    count = _whole(case.duration, _multiple(interval, Fraction(every)))
-    # Increments do not depend on initial values: cases that differ in these alone share them.
-    still = replace(case, name="increments", initial_attitude=None, initial_velocity=(ExactNumber(0),) * 3)
-    high, low = _increments(still, interval)
-    time, truth, truth_lo = _collect(precession_blocks(case, RoundingTally(), _multiple(interval, Fraction(every))))
+    checkpoints = np.arange(_whole(case.duration, _multiple(interval, Fraction(every))) + 1) * every
+    # Inputs do not depend on initial values: cases that differ in these alone share them.
+    still = replace(
+        case, name="inputs", interval=interval, initial_attitude=None, initial_velocity=(ExactNumber(0),) * 3
+    )
+    (rows, first, first_lo), (_, second, second_lo) = (
+        _vector(still, *place) for place in (wanted.first, wanted.second)
+    )
+    # The start has a row of its own where values are those of instants.
+    own_start = int(rows.index[0] == 0)
+    ends, end_times = np.append([0], rows.index[own_start:]), np.append([0.0], rows.time[own_start:])
+    scattered = convention == "nonuniform"
+    whole = "nonuniform" if scattered else "increments"
+    (_, angle, angle_lo), (_, velocity, velocity_lo) = (_vector(still, whole, stem) for stem in TABLES[whole].vectors)
+    truth = _truth(replace(case, interval=interval), checkpoints, scattered)
+    attitude, inertial, body = slice(0, 4), slice(4, 7), slice(7, 10)
     return SampledMotion(
         case.name,
-        float(interval),
+        wanted,
+        *round_value(lambda ar: ar.number(interval)),
         samples,
-        high[:, :3].copy(),
-        low[:, :3].copy(),
-        high[:, 3:].copy(),
-        low[:, 3:].copy(),
-        np.arange(count + 1) * every,
-        time,
-        truth[:, :4].copy(),
-        truth_lo[:, :4].copy(),
-        truth[:, 4:7].copy(),
-        truth_lo[:, 4:7].copy(),
-        truth[:, 7:].copy(),
-        truth_lo[:, 7:].copy(),
+        ends,
+        end_times,
+        first,
+        first_lo,
+        second,
+        second_lo,
+        angle,
+        angle_lo,
+        velocity,
+        velocity_lo,
+        checkpoints,
+        truth.time,
+        *(half[:, part].copy() for part in (attitude, inertial, body) for half in (truth.high, truth.low)),
     )
 
 
-@lru_cache(maxsize=8)
-def _increments(case: DualPrecessionCase, interval: ExactNumber) -> tuple[_Array, _Array]:
-    _, high, low = _collect(increment_blocks(case, RoundingTally(), interval))
-    return high, low
+@lru_cache(maxsize=12)  # a ladder of six intervals, in a convention and in increments
+def _inputs(case: DualPrecessionCase, table: str) -> Block:
+    """Return all rows of an input table."""
+    return _collect(TABLES[table].blocks(case, 0, TABLES[table].rows(case), RoundingTally()))
+
+
+def _vector(case: DualPrecessionCase, table: str, stem: str) -> tuple[Block, _Array, _Array]:
+    """Return an input table, and one of its two vectors with its rests."""
+    rows = _inputs(case, table)
+    first = rows.high.shape[1] - 6 + 3 * TABLES[table].vectors.index(stem)
+    return rows, rows.high[:, first : first + 3].copy(), rows.low[:, first : first + 3].copy()
+
+
+def _truth(case: DualPrecessionCase, epochs: NDArray[np.int64], scattered: bool) -> Block:
+    """Return attitude and apparent velocity at the ends of some equidistant samples, the first of them the start."""
+    formula, tally = precession_formula(case), RoundingTally()
+    if not scattered:
+        spacing = _multiple(case.interval, Fraction(int(epochs[1])))
+        return _collect(blocks(formula, spacing, 0, len(epochs), WORKING_BITS, tally))
+
+    def at(ar: Arithmetic, epoch: int) -> Sequence[Number]:
+        time = nonuniform_time(case, ar, epoch)
+        return [time, *formula(ar, time)]
+
+    high, low = pairs_at(at, epochs.tolist(), WORKING_BITS, tally)
+    return Block(epochs, high[:, 0], low[:, 0], high[:, 1:], low[:, 1:])
 
 
 def _multiple(number: ExactNumber, factor: Fraction) -> ExactNumber:
@@ -155,4 +211,5 @@ def _whole(duration: ExactNumber, interval: ExactNumber) -> int:
 
 def equator_truth(case: EquatorCase) -> EquatorTruth:
     """Return the certified errors of a case at its epochs."""
-    return EquatorTruth(case.name, *_collect(equator_blocks(case, RoundingTally())))
+    rows = _collect(equator_blocks(case, RoundingTally()))
+    return EquatorTruth(case.name, rows.time, rows.high, rows.low)

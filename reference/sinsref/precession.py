@@ -6,13 +6,14 @@ nutation make the specific force, by the transfer principle of Kotelnikov and St
 -1` is classical coning.
 
 Every dual quantity here comes from the formula of its principal part, evaluated in dual numbers: (4.3),
-(4.5)-(4.7) and the velocity increments are nowhere written out (the tests do that, and compare).
+(4.5)-(4.7), the velocity increments and their resolved forms are nowhere written out (the tests do that, and compare).
 
 Source: Lebedev, Panov 1989, sections 4 and 6.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from sinsref.arithmetic import Arithmetic, Number
@@ -102,23 +103,44 @@ def body_increment(ar: Arithmetic, parameters: list[Number], time: Number, inter
     ]
 
 
-def particular_solution(ar: Arithmetic, motion: DualPrecession, time: Number) -> tuple[list[Number], list[Number]]:
-    """Return Q (4.4) and R (4.5): attitude in the precession frame and its dual part."""
+def body_rotation(ar: Arithmetic, parameters: list[Number], time: Number, interval: Number) -> list[Number]:
+    """Return conj(Q(t - h)) o Q(t): the rotation from ``time - interval`` to ``time``, in body axes.
+
+    The body turns by eps nu h about the precession axis, which stands at the angle theta to the spin axis and seen from
+    the body has turned back by nu (t - h), then by nu h about the spin axis.
+    """
+    nu, eps, theta = parameters
+    sin_theta, cos_theta = ar.sin_cos(theta)
+    sine, cosine = ar.sin_cos(nu * (time - interval))
+    sin_precession, cos_precession = ar.sin_cos(eps * nu * interval / 2)
+    sin_spin, cos_spin = ar.sin_cos(nu * interval / 2)
+    equatorial, zero = sin_precession * sin_theta, ar.number(0)
+    precession = [cos_precession, equatorial * sine, equatorial * cosine, sin_precession * cos_theta]
+    return product(precession, [cos_spin, zero, zero, sin_spin])
+
+
+def _transferred(
+    ar: Arithmetic, motion: DualPrecession, formula: Callable[..., list[Number]], *times: Number
+) -> tuple[list[Number], list[Number]]:
+    """Return a formula of the principal parameters and of times, and its dual part."""
     return transfer(
         ar,
-        lambda duals, p: precession_attitude(duals, p, duals.constant(time)),
+        lambda duals, p: formula(duals, p, *(duals.constant(time) for time in times)),
         motion.principal(ar),
         motion.dual(ar),
     )
+
+
+def particular_solution(ar: Arithmetic, motion: DualPrecession, time: Number) -> tuple[list[Number], list[Number]]:
+    """Return Q (4.4) and R (4.5): attitude in the precession frame and its dual part."""
+    return _transferred(ar, motion, precession_attitude, time)
 
 
 def angular_rate_and_specific_force(
     ar: Arithmetic, motion: DualPrecession, time: Number
 ) -> tuple[list[Number], list[Number]]:
     """Return angular rate (4.1), rad/s, and specific force (4.3), m/s^2, in body axes."""
-    return transfer(
-        ar, lambda duals, p: body_rate(duals, p, duals.constant(time)), motion.principal(ar), motion.dual(ar)
-    )
+    return _transferred(ar, motion, body_rate, time)
 
 
 def increments(
@@ -128,12 +150,34 @@ def increments(
 
     They are the integrals (2.1) of angular rate and of specific force in body axes.
     """
-    return transfer(
-        ar,
-        lambda duals, p: body_increment(duals, p, duals.constant(time), duals.constant(interval)),
-        motion.principal(ar),
-        motion.dual(ar),
-    )
+    return _transferred(ar, motion, body_increment, time, interval)
+
+
+def mean_rates(
+    ar: Arithmetic, motion: DualPrecession, time: Number, interval: Number
+) -> tuple[list[Number], list[Number]]:
+    """Return mean angular rate, rad/s, and mean specific force, m/s^2, over the interval that ends at `time`."""
+    angle, velocity = increments(ar, motion, time, interval)
+    return [x / interval for x in angle], [x / interval for x in velocity]
+
+
+def accumulated(ar: Arithmetic, motion: DualPrecession, time: Number) -> tuple[list[Number], list[Number]]:
+    """Return the integrals from 0 to `time` of angular rate, rad, and of specific force, m/s, in body axes."""
+    return increments(ar, motion, time, time)
+
+
+def resolved_increments(
+    ar: Arithmetic, motion: DualPrecession, time: Number, interval: Number
+) -> tuple[list[Number], list[Number]]:
+    """Return the change of the apparent velocity over the interval that ends at `time`, m/s, in two fixed frames.
+
+    Returns
+    -------
+    start, end : list of 3 Number
+        Integral of the specific force resolved in the axes that the body has at the start of the interval, and at its
+        end: dW_I and dW_E of (2.6), from the dual quaternion of the step.
+    """
+    return apparent_velocity(*_transferred(ar, motion, body_rotation, time, interval))
 
 
 def frame_offset(ar: Arithmetic, motion: DualPrecession) -> list[Number]:

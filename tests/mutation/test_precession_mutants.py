@@ -73,11 +73,25 @@ def precession_holds(module):
                 parts = (state[:4], state[4:7], state[7:10])
                 if not all(map(near, found, parts)):
                     return False
-        interval = ar.number(END) - ar.number(START)
-        if not all(map(near, module.increments(ar, motion, ar.number(END), interval), (state[10:13], state[13:16]))):
-            return False
-        at_end = module.angular_rate_and_specific_force(ar, motion, ar.number(END))
-        return all(map(near, at_end, rate_and_force(ar, ar.number(END))))
+        start, end = ar.number(START), ar.number(END)
+        before, after = integrated_precession(ATTITUDES[-1])
+        integrals = after[10:13], after[13:16]
+        back = [before[0], *(-x for x in before[1:4])]
+        gain = [x - y for x, y in zip(after[4:7], before[4:7], strict=True)]
+        forth = product(back, after[:4])
+        resolved = rotate(back, gain), rotate([after[0], *(-x for x in after[1:4])], gain)
+        means = [[x / (end - start) for x in integral] for integral in integrals]
+        return all(
+            all(map(near, found, expected))
+            for found, expected in (
+                (module.increments(ar, motion, end, end - start), integrals),
+                (module.mean_rates(ar, motion, end, end - start), means),
+                (module.accumulated(ar, motion, start), (before[10:13], before[13:16])),
+                (module.resolved_increments(ar, motion, end, end - start), resolved),
+                ((module.body_rotation(ar, motion.principal(ar), end, end - start),), (forth,)),
+                (module.angular_rate_and_specific_force(ar, motion, end), rate_and_force(ar, end)),
+            )
+        )
 
 
 def test_every_planted_defect_is_seen():

@@ -1,10 +1,11 @@
 """The input floor: the error that the rounding of the inputs to binary64 alone causes, computed.
 
-Exact increments are ``x + x_lo``, a subject gets ``x``: its inputs err by ``-x_lo``. To first order these
-errors, turned into inertial axes by the true attitude, add up to an error of attitude and of apparent
-velocity that no algorithm can avoid.
+Exact inputs are ``x + x_lo``, a subject gets ``x``: its inputs err by ``-x_lo``. What that means for the increments of
+each sample depends on the convention; to first order these errors of increments, turned into inertial axes by the true
+attitude, add up to an error of attitude and of apparent velocity that no algorithm can avoid.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from sinsbench.scoring.errors import attitude_error_vectors
 from sinsdata.sampling import SampledMotion
 
-__all__ = ["InputErrors", "input_errors"]
+__all__ = ["InputErrors", "increment_errors", "input_errors"]
 
 Array = NDArray[np.float64]
 
@@ -65,13 +66,73 @@ def _turned(q: Array, angle: Array) -> Array:
     )
 
 
-def input_errors(motion: SampledMotion) -> InputErrors:
-    """Transport the rounding errors of increments and initial values to the checkpoints.
+def _rounded(motion: SampledMotion, low: Array, exact: Array) -> Array:
+    """Return the error of increments that are given as such."""
+    return -low
+
+
+def _means(motion: SampledMotion, low: Array, exact: Array) -> Array:
+    """Return that of means over the samples: the interval they are multiplied by is rounded too."""
+    return -low * motion.interval - exact * (motion.interval_lo / motion.interval)
+
+
+def _instants(motion: SampledMotion, low: Array, exact: Array) -> Array:
+    """Return that of values at instants, by the trapezoidal rule: other rules weight the same errors otherwise."""
+    return _means(motion, (low[:-1] + low[1:]) / 2, exact)
+
+
+def _differences(motion: SampledMotion, low: Array, exact: Array) -> Array:
+    """Return that of integrals since the start, of which an algorithm takes differences."""
+    return -np.diff(low, axis=0)
+
+
+def _arrived(motion: SampledMotion, low: Array, exact: Array) -> Array:
+    """Return that of the increments that arrive: no bound is known of what the others cost, and none is claimed."""
+    errors = np.zeros_like(exact)
+    errors[motion.ends[1:] - 1] = -low
+    return errors
+
+
+#: Convention -> error of its increments, ``(motion, rests of the inputs, increments)``.
+_INCREMENT_ERRORS: Mapping[str, Callable[[SampledMotion, Array, Array], Array]] = {
+    "rates": _instants,
+    "mean_rates": _means,
+    "accumulated": _differences,
+    "dropped": _arrived,
+}
+#: Where in the sample the velocity increment is resolved, as a part of the sample; in the other conventions in the axes
+#: of every instant, which to first order are those of the middle.
+_RESOLVED_AT = {"resolved_start": 0.0, "resolved_end": 1.0}
+
+
+def increment_errors(motion: SampledMotion) -> tuple[Array, Array]:
+    """Return what the inputs of a motion make of its increments: given less exact.
 
     Parameters
     ----------
     motion : SampledMotion
-        Its checkpoints are equidistant.
+
+    Returns
+    -------
+    angle, velocity : ndarray, shape (n, 3)
+        Errors of angle increments, rad, and velocity increments, m/s.
+    """
+    name = motion.convention.name
+    if name == "quantised":  # exact numbers, but of other integrals
+        return motion.first - motion.angle - motion.angle_lo, motion.second - motion.velocity - motion.velocity_lo
+    rule = _INCREMENT_ERRORS.get(name, _rounded)
+    return (
+        rule(motion, motion.first_lo, motion.angle),
+        rule(motion, motion.second_lo, motion.velocity),
+    )
+
+
+def input_errors(motion: SampledMotion) -> InputErrors:
+    """Transport the rounding errors of inputs and initial values to the checkpoints.
+
+    Parameters
+    ----------
+    motion : SampledMotion
 
     Returns
     -------
@@ -84,22 +145,27 @@ def input_errors(motion: SampledMotion) -> InputErrors:
     segments = len(motion.checkpoints) - 1
     # All segments between checkpoints go side by side; the loop is over the samples inside one.
     shape = (segments, every, 3)
-    angle, angle_lo, velocity, velocity_lo = (
-        x[: segments * every].reshape(shape)
-        for x in (motion.angle, motion.angle_lo, motion.velocity, motion.velocity_lo)
+    angle, velocity, angle_error, velocity_error = (
+        x.reshape(shape) for x in (motion.angle, motion.velocity, *increment_errors(motion))
     )
+    # Dropped samples leave gaps between the ends, but not in the motion.
+    ends = (
+        motion.end_times if len(motion.end_times) > motion.samples else np.arange(motion.samples + 1) * motion.interval
+    )
+    length = np.diff(ends).reshape(segments, every)
+    at = _RESOLVED_AT.get(motion.convention.name, 0.5)
     q = motion.attitude[:-1]
     alpha, gain, drift = (np.zeros((segments, 3)) for _ in range(3))
     response = np.zeros((segments, 3, 3))
     for j in range(every):
-        rotation = _rotation_matrices(_turned(q, angle[:, j] / 2))
-        specific, rounding, tilt = (
-            np.einsum("nij,nj->ni", rotation, x[:, j]) for x in (velocity, -velocity_lo, -angle_lo)
-        )
-        drift += rounding + np.cross(alpha + tilt / 2, specific)
+        middle = _rotation_matrices(_turned(q, angle[:, j] / 2))
+        resolving = middle if at == 0.5 else _rotation_matrices(_turned(q, angle[:, j] * at))
+        specific, tilt = (np.einsum("nij,nj->ni", middle, x[:, j]) for x in (velocity, angle_error))
+        rounding = np.einsum("nij,nj->ni", resolving, velocity_error[:, j])
+        drift += rounding + np.cross(alpha + tilt * at, specific)
         gain += specific
         alpha += tilt
-        response += rotation * motion.interval
+        response += middle * length[:, j, None, None]
         q = _turned(q, angle[:, j])
     first = attitude_error_vectors(motion.attitude[:1], motion.attitude[:1], motion.attitude_lo[:1])
     attitude = np.cumsum(np.vstack([first, alpha]), axis=0)

@@ -49,7 +49,9 @@ class Rung:
     inputs: InputErrors
 
 
-def ladder(case: DualPrecessionCase, factors: Sequence[Fraction] = LADDER) -> tuple[Rung, ...]:
+def ladder(
+    case: DualPrecessionCase, factors: Sequence[Fraction] = LADDER, convention: str = "increments"
+) -> tuple[Rung, ...]:
     """Sample a case at a ladder of intervals, coarsest first.
 
     Parameters
@@ -58,6 +60,8 @@ def ladder(case: DualPrecessionCase, factors: Sequence[Fraction] = LADDER) -> tu
     factors : sequence of Fraction
         Intervals in units of the case's. Left out are those that do not divide the duration into whole samples and
         those that divide it into more than 400,000, which would fill the memory; never the case's own interval, 1.
+    convention : str, default "increments"
+        What the samples hold: a name of `sinsdata.conventions.CONVENTIONS`.
 
     Returns
     -------
@@ -68,7 +72,7 @@ def ladder(case: DualPrecessionCase, factors: Sequence[Fraction] = LADDER) -> tu
     Raises
     ------
     ValueError
-        If no interval is left.
+        If no interval is left, or there is no such convention.
     """
     used = sorted((x for x in map(Fraction, factors) if (case.samples / x).denominator == 1), reverse=True)
     if not used:
@@ -85,7 +89,7 @@ def ladder(case: DualPrecessionCase, factors: Sequence[Fraction] = LADDER) -> tu
     step = common * _USUAL_SAMPLES_PER_STEP
     spacing = step if (case.samples / step).denominator == 1 else common
     distance = ExactNumber(f"({case.interval.text})*{spacing.numerator}/{spacing.denominator}")
-    motions = (sample(case, factor, distance) for factor in used)
+    motions = (sample(case, factor, distance, convention) for factor in used)
     return tuple(Rung(motion, input_errors(motion)) for motion in motions)
 
 
@@ -119,34 +123,39 @@ class _Run:
 
 def _run(loaded: LoadedSubject, motion: SampledMotion, repetitions: int, warm: bool) -> _Run:
     step = loaded.subject.samples_per_step or 1
-    samples = motion.samples - motion.samples % step
+    rows = len(motion.ends) - 1
+    samples = rows - rows % step
     if not samples:
-        given = "1 sample is" if motion.samples == 1 else f"{motion.samples} samples are"
+        given = "1 sample is" if rows == 1 else f"{rows} samples are"
         raise RunError("not applicable", f"{given} less than a step of {step}")
+    with_start = len(motion.first) - rows
     arguments = (
-        motion.angle[:samples],
-        motion.velocity[:samples],
-        motion.interval,
+        motion.first[: samples + with_start],
+        motion.second[: samples + with_start],
+        motion.end_times[: samples + 1] if motion.convention.times else motion.interval,
         motion.attitude[0],
         motion.velocity_inertial[0],
     )
     result, seconds = run(loaded.function, arguments, repetitions, warm)
     output = checked_integrator_output(result, samples)
     r = output.samples_per_step
-    reached = np.flatnonzero((motion.checkpoints % r == 0) & (motion.checkpoints <= samples))
+    # Input rows that end at the checkpoints; a sample that was dropped ends none.
+    places = np.searchsorted(motion.ends, motion.checkpoints)
+    met = (motion.ends[places] == motion.checkpoints) & (places % r == 0) & (places <= samples)
+    reached = np.flatnonzero(met)
     if reached.size < 2:
         raise RunError("not applicable", f"steps of {r} samples meet no checkpoint after the start")
-    rows = motion.checkpoints[reached] // r
+    steps = places[reached] // r
 
     def errors(name: str, measure: Callable[[Array, Array, Array], Array] = difference) -> Array | None:
         computed: Array | None = getattr(output, name)
         if computed is None:
             return None
         with np.errstate(over="ignore", invalid="ignore"):
-            error = measure(computed[rows], getattr(motion, name)[reached], getattr(motion, f"{name}_lo")[reached])
+            error = measure(computed[steps], getattr(motion, name)[reached], getattr(motion, f"{name}_lo")[reached])
             finite = np.isfinite(_norms(error))
         if not finite.all():
-            first = int(rows[np.argmin(finite)])
+            first = int(steps[np.argmin(finite)])
             raise RunError("not finite", f"the error of {name} exceeds the range of float64, first in row {first}")
         return error
 
@@ -220,7 +229,8 @@ def _measured(errors: _Run, rung: Rung) -> dict[str, Any]:
 
 def _nested_method(subject: Subject) -> tuple[RotationVectorMethod | None, bool]:
     base = subject.name.removesuffix("_compensated")
-    method = METHODS.get(base) if subject.dataset == DUAL_PRECESSION else None
+    fed_as_published = subject.dataset == DUAL_PRECESSION and subject.takes == "increments"
+    method = METHODS.get(base) if fed_as_published else None
     return method, base != subject.name
 
 
@@ -265,7 +275,7 @@ def score_integrator(
     loaded : LoadedSubject
     case : DualPrecessionCase
     rungs : sequence of Rung
-        What `ladder` returned for the case.
+        What `ladder` returned for the case, in the convention that the subject takes.
     repetitions : int, default 3
         Timed calls at most; 0 for no times.
     warm : bool
@@ -309,6 +319,7 @@ def score_integrator(
                 "dataset": DUAL_PRECESSION,
                 "case": case.name,
                 "interval": intervals[i],
+                "takes": rungs[i].motion.convention.name,
             },
             {"samples_per_step": loaded.subject.samples_per_step},
             measured[i],

@@ -25,7 +25,7 @@ FIELDS = (
     Field("dataset", "", "name of the dataset"),
     Field("case", "", "name of the case"),
     Field("interval", "s", "sampling interval; for formulas the distance of the epochs"),
-    Field("samples_per_step", "", "increments one step of the integrator consumes"),
+    Field("samples_per_step", "", "samples one step of the integrator consumes"),
     Field(
         "attitude_error_max",
         "rad",
@@ -50,6 +50,7 @@ FIELDS = (
     Field("flops_per_sample", "", "floating-point operations a sample"),
     Field("status", "", f"one of: {', '.join(STATUSES)}"),
     Field("message", "", "what went wrong, in one line"),
+    Field("takes", "", "input convention that the integrator was fed"),
     Field("order_points", "", "rungs of the ladder that observed_order rests on"),
     Field("local_order", "", "slope of attitude_error_max to the next coarser interval"),
     Field(

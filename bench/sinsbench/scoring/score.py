@@ -1,6 +1,7 @@
 """Score subjects on a dataset."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any, TypeAlias
@@ -9,23 +10,29 @@ from sinsbench.scoring.formulas import EquatorReference, equator_reference, scor
 from sinsbench.scoring.integrators import LADDER, Rung, ladder, score_integrator
 from sinsbench.scoring.rows import SCORE_FIELDS
 from sinsbench.subjects.loading import LoadedSubject, SubjectError, resolve
-from sinsbench.subjects.registry import subjects_of
+from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS, subjects_of
 from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase
+from sinsdata.conventions import known_convention
 from sinsdata.tiers import known_dataset, paper_cases
 
-__all__ = ["SCORE_FIELDS", "Progress", "Reference", "loaded_subjects", "prepare", "score"]
+__all__ = ["SCORE_FIELDS", "Progress", "Reference", "convention_of", "loaded_subjects", "prepare", "score"]
+
+#: What an integrator is fed that declares nothing.
+DEFAULT_CONVENTION = "increments"
 
 #: Called with the number of parts done, the number of all, and what comes next.
 Progress: TypeAlias = Callable[[int, int, str], None]
 
-#: What the subjects of a case are given and measured against.
-Reference: TypeAlias = tuple[Rung, ...] | EquatorReference
+#: What the subjects of a case are given and measured against; for integrators by input convention.
+Reference: TypeAlias = Mapping[str, tuple[Rung, ...]] | EquatorReference
 
 #: The built-in ``map``, or one like it that works in several processes.
 Mapper: TypeAlias = Callable[[Callable[[Case], Reference], Iterable[Case]], Iterable[Reference]]
 
 
-def prepare(case: Case, factors: Sequence[Fraction] = LADDER) -> Reference:
+def prepare(
+    case: Case, factors: Sequence[Fraction] = LADDER, conventions: Sequence[str] = (DEFAULT_CONVENTION,)
+) -> Reference:
     """Compute the truth that a case is scored against, with the floors of its inputs.
 
     Parameters
@@ -33,24 +40,71 @@ def prepare(case: Case, factors: Sequence[Fraction] = LADDER) -> Reference:
     case : EquatorCase or DualPrecessionCase
     factors : sequence of Fraction
         Ladder of sampling intervals in units of the case's.
+    conventions : sequence of str
+        Input conventions in which integrators are to be fed.
+
+    Raises
+    ------
+    ValueError
+        If subjects have no contract for cases of this kind.
     """
-    return equator_reference(case) if isinstance(case, EquatorCase) else ladder(case, factors)
+    if isinstance(case, EquatorCase):
+        return equator_reference(case)
+    if isinstance(case, DualPrecessionCase):
+        return {convention: ladder(case, factors, convention) for convention in conventions}
+    raise ValueError(f"{case.name} is no case to score on; datasets with subjects: {EQUATOR_ERRORS}, {DUAL_PRECESSION}")
 
 
-def loaded_subjects(subjects: Iterable[str | LoadedSubject] | None, dataset: str) -> tuple[LoadedSubject, ...]:
-    """Load subjects for a dataset; None stands for all built-in ones.
+def convention_of(loaded: LoadedSubject) -> str:
+    """Return the input convention that an integrator takes."""
+    return loaded.subject.takes or DEFAULT_CONVENTION
+
+
+def loaded_subjects(
+    subjects: Iterable[str | LoadedSubject] | None, dataset: str, takes: str | None = None
+) -> tuple[LoadedSubject, ...]:
+    """Load subjects for a dataset.
+
+    Parameters
+    ----------
+    subjects : iterable of str or LoadedSubject, or None
+        None stands for all built-in ones.
+    dataset : str
+    takes : str, optional
+        Input convention of the subjects that declare none themselves.
 
     Raises
     ------
     SubjectError
-        If a subject cannot be loaded, or obeys the contract of another dataset.
+        If a subject cannot be loaded or obeys the contract of another dataset, if it takes an unknown input convention,
+        or if it declares another one than `takes`. Built-in subjects keep theirs.
     """
     wanted = [subject.name for subject in subjects_of(dataset)] if subjects is None else list(subjects)
     loaded = tuple(resolve(subject) if isinstance(subject, str) else subject for subject in wanted)
     for subject in (one.subject for one in loaded):
         if subject.dataset not in (None, dataset):
             raise SubjectError(f"{subject.name} is a subject of {subject.dataset}, not of {dataset}")
-    return loaded
+    if dataset != DUAL_PRECESSION:
+        if takes is not None:
+            raise SubjectError(f"input conventions belong to {DUAL_PRECESSION}, not to {dataset}")
+        return loaded
+    if takes is not None and all(one.subject.dataset for one in loaded):
+        raise SubjectError("built-in subjects declare what they take; another convention is for subjects of your own")
+    return tuple(_fed(one, takes) for one in loaded)
+
+
+def _fed(one: LoadedSubject, takes: str | None) -> LoadedSubject:
+    """Return a subject with the convention that it takes, an admissible one."""
+    subject = one.subject
+    if subject.takes is None and takes is not None:
+        subject = replace(subject, takes=takes)
+    elif takes not in (None, subject.takes) and subject.dataset is None:
+        raise SubjectError(f"{subject.name} declares that it takes {subject.takes}, not {takes}")
+    try:
+        known_convention(subject.takes or DEFAULT_CONVENTION)
+    except ValueError as error:
+        raise SubjectError(f"{subject.name}: {error}") from None
+    return replace(one, subject=subject)
 
 
 def score(
@@ -88,7 +142,7 @@ def score(
     Raises
     ------
     SubjectError
-        If a subject cannot be loaded or is one of another dataset.
+        If a subject cannot be loaded, is one of another dataset, or takes an unknown input convention.
     ValueError
         If the dataset is unknown, or the cases are none or of several datasets.
     """
@@ -106,7 +160,8 @@ def score(
             progress(done, total, what)
         done += 1
 
-    references = iter(mapper(partial(prepare, factors=tuple(factors)), cases))
+    conventions = tuple(dict.fromkeys(map(convention_of, loaded)))
+    references = iter(mapper(partial(prepare, factors=tuple(factors), conventions=conventions), cases))
     for number, case in enumerate(cases):
         report(f"truth of {case.name}")
         reference = next(references)
@@ -114,7 +169,7 @@ def score(
             report(f"{one.subject.name} on {case.name}")
             if isinstance(case, EquatorCase) and isinstance(reference, EquatorReference):
                 rows += score_formula(one, case, reference, repetitions, warm=number > 0)
-            elif isinstance(case, DualPrecessionCase) and isinstance(reference, tuple):
-                rows += score_integrator(one, case, reference, repetitions, warm=number > 0)
+            elif isinstance(case, DualPrecessionCase) and isinstance(reference, Mapping):
+                rows += score_integrator(one, case, reference[convention_of(one)], repetitions, warm=number > 0)
     report("done")
     return rows

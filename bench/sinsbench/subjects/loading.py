@@ -81,12 +81,14 @@ def resolve(text: str) -> LoadedSubject:
     Returns
     -------
     LoadedSubject
-        A callable may say how many samples its step consumes in an attribute ``samples_per_step``.
+        A callable may say how many samples its step consumes in an attribute ``samples_per_step``, and which input
+        convention it takes in an attribute ``takes``.
 
     Raises
     ------
     SubjectError
-        If the name is unknown, the file or module is missing or fails to import, or holds no such callable.
+        If the name is unknown, the file or module is missing or fails to import, or holds no such callable, or what
+        the callable takes is no name.
     """
     if text in BUILT_IN:
         subject = BUILT_IN[text]
@@ -101,7 +103,12 @@ def resolve(text: str) -> LoadedSubject:
     samples = getattr(function, "samples_per_step", None)
     summary = (getattr(function, "__doc__", None) or "").strip().split("\n")[0]
     samples = samples if type(samples) is int and samples > 0 else None
-    return LoadedSubject(Subject(text, None, text, summary, samples_per_step=samples), function)
+    takes = getattr(function, "takes", None)
+    if not isinstance(takes, str | None):
+        raise SubjectError(
+            f"{text} takes {type(takes).__name__}: the attribute must be the name of an input convention"
+        )
+    return LoadedSubject(Subject(text, None, text, summary, samples_per_step=samples, takes=takes), function)
 
 
 def _unknown(text: str) -> str:

@@ -33,7 +33,9 @@ class Subject:
     order : int or None
         Its order of convergence, where that is known.
     samples_per_step : int or None
-        Number of increments one step of an integrator consumes, where that is known.
+        Number of samples one step of an integrator consumes, where that is known.
+    takes : str or None
+        Input convention that an integrator declares; None declares none, and is fed increments.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Subject:
     source: str = ""
     order: int | None = None
     samples_per_step: int | None = None
+    takes: str | None = None
 
 
 def _panov(order: int, suffix: str = "", addition: str = "") -> Subject:
@@ -54,6 +57,7 @@ def _panov(order: int, suffix: str = "", addition: str = "") -> Subject:
         source=f"{_PANOV}, eqs. (2.2), (2.5), (2.6)",
         order=order,
         samples_per_step=4,
+        takes="increments",
     )
 
 
