@@ -1,18 +1,35 @@
-"""The cases of the papers, and cases from a file."""
+"""The cases of the tiers: of the papers, of the strata, and from a file."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from sinsdata.cases import CASE_CLASSES, Case, CaseError, DualPrecessionCase, EquatorCase
+from sinsdata.error_equation_cases import (
+    ERROR_EQUATION_SHORT,
+    error_equation_paper_cases,
+    error_equation_standard_cases,
+)
+from sinsdata.grid import CaseFileError, GridCases
+from sinsdata.strata import STRATA, Stratum
 from sinsref.exact import ExactNumber
 
+#: What makes the cases of a tier.
+_CasesOfTier: TypeAlias = Callable[[], tuple[Case, ...]]
 
-class CaseFileError(ValueError):
-    """A case file cannot be used; the message says which file, where in it, and what would do."""
+__all__ = [
+    "TIERS_WITH_STRATA",
+    "CaseFileError", "cases_from_toml", "cases_of", "checked_cases", "known_dataset", "paper_cases", "short_cases",
+    "standard_cases", "stratum_name", "stratum_of",
+]  # fmt: skip
+
+
+#: Tiers whose cases belong to strata.
+TIERS_WITH_STRATA = ("standard", "short")
 
 
 def known_dataset(name: str) -> str:
@@ -28,14 +45,75 @@ def known_dataset(name: str) -> str:
     return name
 
 
-def paper_cases(dataset: str) -> tuple[Case, ...]:
-    """Return the tier ``paper`` of a dataset: exactly the papers' cases.
+def cases_of(dataset: str, tier: str) -> tuple[Case, ...]:
+    """Return the cases of a tier of a dataset.
 
     Parameters
     ----------
-    dataset : {"equator_errors", "dual_precession"}
+    dataset : str
+    tier : {"paper", "standard", "short"}
+
+    Raises
+    ------
+    CaseFileError
+        If there is no such dataset, or it has no such tier.
     """
-    return {"equator_errors": _loginov2013, "dual_precession": _lebedev1989}[known_dataset(dataset)]()
+    tiers = _TIERS[known_dataset(dataset)]
+    if tier not in tiers:
+        raise CaseFileError(f"{dataset} has no tier {tier!r}; admissible: {', '.join(tiers)}")
+    return tiers[tier]()
+
+
+def paper_cases(dataset: str) -> tuple[Case, ...]:
+    """Return the tier ``paper`` of a dataset: exactly the papers' cases."""
+    return cases_of(dataset, "paper")
+
+
+def standard_cases(dataset: str) -> tuple[Case, ...]:
+    """Return the tier ``standard`` of a dataset: all cases of its strata (`sinsdata.strata`)."""
+    return cases_of(dataset, "standard")
+
+
+def short_cases(dataset: str) -> tuple[Case, ...]:
+    """Return the tier ``short`` of a dataset: one case with few rows from each of some strata, most of them hard."""
+    return cases_of(dataset, "short")
+
+
+def stratum_of(dataset: str, name: str) -> Stratum | None:
+    """Return the stratum of a case of the tiers ``standard`` and ``short``, None for any other case.
+
+    Parameters
+    ----------
+    dataset : str
+    name : str
+        Of the case, such as ``"coning_007"``.
+    """
+    stem, _, index = name.rpartition("_")
+    if not (index.isascii() and index.isdigit()):
+        return None
+    strata = STRATA.get(dataset, ())
+    return next(
+        (s for s in strata if s.name == stem and name == s.case_name(int(index)) and int(index) < s.count), None
+    )
+
+
+def stratum_name(dataset: str, name: str) -> str | None:
+    """Return the name of the stratum of a case of the tiers ``standard`` and ``short``, None for any other case."""
+    if dataset == "error_equations":
+        return {case.name: stratum for case, stratum in error_equation_standard_cases()}.get(name)
+    stratum = stratum_of(dataset, name)
+    return None if stratum is None else stratum.name
+
+
+def _cases_of_strata(dataset: str, short: bool) -> tuple[Case, ...]:
+    numbered = (
+        (stratum, index)
+        for stratum in STRATA[dataset]
+        for index in range(stratum.count)
+        if not short or index == stratum.short
+    )
+    build = CASE_CLASSES[dataset].from_mapping
+    return tuple(build(stratum.mapping(dataset, index)) for stratum, index in numbered)
 
 
 def _loginov2013() -> tuple[Case, ...]:
@@ -91,8 +169,27 @@ def _exact(*texts: str) -> tuple[ExactNumber, ...]:
     return tuple(ExactNumber(text) for text in texts)
 
 
-def cases_from_toml(dataset: str, path: Path) -> tuple[Case, ...]:
-    """Read the cases of a file with ``[[case]]`` tables.
+def _of_strata(dataset: str) -> Mapping[str, _CasesOfTier]:
+    # Cached: a case takes milliseconds to draw and check, and a tier is asked for again and again.
+    return {tier: cache(partial(_cases_of_strata, dataset, tier == "short")) for tier in ("standard", "short")}
+
+
+#: The tiers of each dataset.
+_TIERS: Mapping[str, Mapping[str, _CasesOfTier]] = {
+    "equator_errors": {"paper": _loginov2013, **_of_strata("equator_errors")},
+    "dual_precession": {"paper": _lebedev1989, **_of_strata("dual_precession")},
+    "error_equations": {
+        "paper": cache(error_equation_paper_cases),
+        "standard": cache(lambda: tuple(case for case, _ in error_equation_standard_cases())),
+        "short": cache(
+            lambda: tuple(case for case, _ in error_equation_standard_cases() if case.name in ERROR_EQUATION_SHORT)
+        ),
+    },
+}
+
+
+def cases_from_toml(dataset: str, path: Path) -> Sequence[Case]:
+    """Read the cases of a file: one ``[[case]]`` table each, or a ``[grid]`` and a ``[case]`` with what they share.
 
     Parameters
     ----------
@@ -100,7 +197,13 @@ def cases_from_toml(dataset: str, path: Path) -> tuple[Case, ...]:
         Decides which keys a case has.
     path : Path
         TOML file. A number means the binary64 it parses to, a string what it says: ``"pi/18"``, ``"1/3"``,
-        ``"0.01"``.
+        ``"0.01"``. An axis of the grid is a list of values or a range ``{from = ..., to = ..., count = ...}``,
+        with ``spacing = "logarithmic"`` where it is wanted.
+
+    Returns
+    -------
+    sequence of Case
+        Of a grid: `sinsdata.grid.GridCases`, which builds each case when it is asked for.
 
     Raises
     ------
@@ -115,11 +218,13 @@ def cases_from_toml(dataset: str, path: Path) -> tuple[Case, ...]:
     except (ValueError, RecursionError) as error:
         # Besides TOMLDecodeError and UnicodeDecodeError: integers too long to read, lists nested too deeply.
         raise CaseFileError(f"{path}: not TOML: {error}") from None
-    unknown = sorted(set(given) - {"case"})
-    entries = given.get("case")
-    if unknown or not isinstance(entries, list) or not entries:
-        what = f"unknown key {unknown[0]!r}" if unknown else "no case"
-        raise CaseFileError(f"{path}: {what}; a case file holds [[case]] tables and nothing else")
+    unknown = sorted(set(given) - {"case", "grid"})
+    entries, grid = given.get("case"), given.get("grid")
+    if not unknown and isinstance(grid, dict) and isinstance(entries, dict | None):
+        return GridCases(dataset, entries or {}, grid, str(path))
+    if unknown or grid is not None or not isinstance(entries, list) or not entries:
+        what = f"unknown key {unknown[0]!r}" if unknown else "no case" if grid is None else "cases beside a grid"
+        raise CaseFileError(f"{path}: {what}; a case file holds [[case]] tables, or one [case] and a [grid]")
     return checked_cases(dataset, entries, str(path))
 
 

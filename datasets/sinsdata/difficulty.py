@@ -1,0 +1,179 @@
+"""How hard a case is: its condition, and the digits that the formulas of the papers lose in binary64.
+
+Both are measured against the same scale: each quantity (a component of the errors on the equator, a quaternion, a
+velocity) in units of its own largest size over some epochs of the case, the first, the middle and the last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, fields
+from math import ceil, log10
+from typing import Any
+
+from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
+from sinsdata.certified import RowFormula
+from sinsdata.truth import equator_state, precession_formula
+from sinsref.arithmetic import Arithmetic, MpArithmetic, Number
+from sinsref.equator import EquatorModel, guard_bits
+from sinsref.equator_forced import Misalignment
+from sinsref.equator_literal import solution as literal_solution
+from sinsref.equator_modes import NoRealModesError
+from sinsref.exact import ExactNumber
+from sinsref.pi_monomials import PiMonomialArithmetic
+
+#: Relative change of a parameter in a difference quotient: its square is far below two significant digits, and the
+#: working precision leaves 35 digits of the difference.
+_CHANGE = "1e-25"
+_DIGITS = 60
+#: Decimal digits for which mpmath works with exactly the 53 bits of binary64.
+_BINARY64_DIGITS = 15
+_BINARY64_BITS = 53
+#: What is written where the literal formula is defined, but in binary64 divides by zero or finds no modes.
+_ALL_DIGITS = 16.0
+
+
+@dataclass(frozen=True)
+class Difficulty:
+    """How hard a case is; both numbers to two significant digits.
+
+    Attributes
+    ----------
+    condition : float
+        Largest change of a quantity, in units of its size, per relative change of one parameter: the worst over
+        parameters, quantities and epochs. The interval between the epochs is a parameter, zeros are not changed.
+    digits_lost : float or None
+        Decimal digits lost by the formulas of the paper in arithmetic of 53 bits, log10(error / 2**-53), at least 0; 16
+        where they break down in that arithmetic. None where they are not defined.
+    """
+
+    condition: float
+    digits_lost: float | None
+
+
+@dataclass(frozen=True)
+class _Formulas:
+    """Formulas of a dataset: the exact one, the literal one, and which columns make one quantity."""
+
+    exact: Callable[[Any], RowFormula]
+    literal: Callable[[Any], RowFormula]
+    quantities: tuple[slice, ...]
+    guard_digits: Callable[[Any, MpArithmetic], int]
+
+
+def _equator_literal(case: EquatorCase) -> RowFormula:
+    def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
+        initial = [ar.number(x) for x in case.initial_errors]
+        tilt = None
+        if case.misalignment is not None:
+            elements = [[ar.number(x) for x in row] for row in case.misalignment]
+            tilt = Misalignment(elements, ar.number(case.inertial_longitude))
+        return literal_solution(ar, EquatorModel.at(ar, case.v_east, case.height), initial, tilt, time)
+
+    return formula
+
+
+def _equator_guard(case: EquatorCase, ar: MpArithmetic) -> int:
+    model = EquatorModel.at(ar, case.v_east, case.height)
+    return ceil(guard_bits(ar, model, ar.number(case.duration)) * log10(2))
+
+
+_FORMULAS: Mapping[type[Any], _Formulas] = {
+    EquatorCase: _Formulas(equator_state, _equator_literal, tuple(slice(i, i + 1) for i in range(6)), _equator_guard),
+    # (4.4) and (4.5) are the solution itself: its literal form is the exact one.
+    DualPrecessionCase: _Formulas(
+        precession_formula, precession_formula, (slice(0, 4), slice(4, 7), slice(7, 10)), lambda case, ar: 0
+    ),
+}
+
+
+def difficulty(case: Case) -> Difficulty:
+    """Return how hard a case is.
+
+    Parameters
+    ----------
+    case : Case
+        Of `equator_errors` or `dual_precession`.
+    """
+    formulas = _FORMULAS[type(case)]
+    epochs = sorted({1, (case.samples + 1) // 2, case.samples})
+    ar = MpArithmetic(_DIGITS)
+    ar.context.dps += formulas.guard_digits(case, ar)
+    exact = _rows(ar, formulas.exact, case, epochs)
+    scales = [max(_norm(ar, row[part]) for row in exact) for part in formulas.quantities]
+
+    def distance(rows: Sequence[Sequence[Number]]) -> Number:
+        """Return the largest distance from the exact rows, in units of the scales."""
+        return max(
+            (
+                _norm(ar, [x - y for x, y in zip(row[part], true[part], strict=True)]) / scale
+                for row, true in zip(rows, exact, strict=True)
+                for part, scale in zip(formulas.quantities, scales, strict=True)
+                if scale
+            ),
+            default=ar.number(0),
+        )
+
+    changes = (distance(_rows(ar, formulas.exact, changed, epochs)) for changed in _changed(case))
+    condition = max(changes) / ar.number(_CHANGE)
+    literal = _literal(formulas.literal, case, epochs)
+    return Difficulty(_rounded(condition), None if literal is None else _digits(ar, literal, distance))
+
+
+def _rows(
+    ar: Arithmetic, formula: Callable[[Any], RowFormula], case: Case, epochs: Sequence[int]
+) -> list[list[Number]]:
+    interval = ar.number(case.interval)
+    return [list(formula(case)(ar, interval * epoch)) for epoch in epochs]
+
+
+def _literal(
+    formula: Callable[[Any], RowFormula], case: Case, epochs: Sequence[int]
+) -> list[list[Number]] | str | None:
+    """Return the rows of a literal formula in 53 bits; None where it is not defined, "" where that breaks down."""
+    # Whether a divisor vanishes is decided with exact zeros and proven bounds, not in rounded arithmetic.
+    try:
+        with PiMonomialArithmetic(512) as balls:
+            _rows(balls, formula, case, epochs[:1])
+    except (NoRealModesError, ZeroDivisionError):
+        return None
+    try:
+        return _rows(MpArithmetic(_BINARY64_DIGITS), formula, case, epochs)
+    except (NoRealModesError, ZeroDivisionError):
+        return ""
+
+
+def _digits(ar: MpArithmetic, literal: Any, distance: Callable[[Sequence[Sequence[Number]]], Number]) -> float:
+    if literal == "":
+        return _ALL_DIGITS
+    units = distance([[ar.context.mpf(x) for x in row] for row in literal]) * 2**_BINARY64_BITS
+    return max(0.0, _rounded(ar.context.log10(units))) if units else 0.0
+
+
+def _norm(ar: MpArithmetic, vector: Sequence[Number]) -> Number:
+    return ar.sqrt(sum((x * x for x in vector), ar.number(0)))
+
+
+def _rounded(x: Number) -> float:
+    return float(f"{float(x):.1e}")
+
+
+def _changed(case: Case) -> Iterator[Case]:
+    """Yield the case with one parameter changed at a time; what is 0 has no relative change."""
+    for field in fields(case):
+        if field.name in ("name", "duration"):
+            continue
+        for value in _one_changed(getattr(case, field.name)):
+            # Around the checks: the change of an attitude leaves its norm by less than any check would notice.
+            changed = copy(case)
+            object.__setattr__(changed, field.name, value)
+            yield changed
+
+
+def _one_changed(value: Any) -> Iterator[Any]:
+    if isinstance(value, tuple):
+        for i, element in enumerate(value):
+            yield from ((*value[:i], changed, *value[i + 1 :]) for changed in _one_changed(element))
+    elif value is not None and float(value):
+        yield ExactNumber(f"({value.text})*(1 + {_CHANGE})")
