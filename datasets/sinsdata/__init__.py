@@ -1,1 +1,33 @@
-"""Ground-truth datasets: cases, certified generation, Parquet, manifests, verification."""
+"""Ground-truth datasets: cases, certified generation, Parquet, manifests, verification, publishing and loading.
+
+`load` opens a published dataset; everything else is in the modules.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sinsdata.loading import Dataset
+
+
+def load(dataset: str, tier: str = "paper", **options: Any) -> Dataset:
+    """Return a published dataset (`sinsdata.loading.load`).
+
+    Parameters
+    ----------
+    dataset : str
+        Such as ``dual_precession``.
+    tier : str, default "paper"
+        ``short`` is in the package; others come from the cache, a mirror or a bundle.
+    **options
+        As for `sinsdata.loading.load`.
+
+    Returns
+    -------
+    sinsdata.loading.Dataset
+    """
+    # Here, so that importing the package stays cheap for who only wants a part of it.
+    from sinsdata.loading import load as load_dataset
+
+    return load_dataset(dataset, tier, **options)

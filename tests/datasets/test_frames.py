@@ -7,7 +7,7 @@ import pytest
 from sinsdata.cases import EquatorCase
 from sinsdata.frames import read_frame
 from sinsdata.generate import generate
-from sinsdata.verify import DatasetError
+from sinsdata.manifest import DatasetError
 
 CASE = {
     "v_east": 600, "height": 10000, "duration": 600, "interval": 60,
