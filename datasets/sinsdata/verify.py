@@ -1,35 +1,27 @@
-"""Verification of a dataset on disk: bytes, content, schema, and values computed again by the other path."""
+"""Verification of a dataset on disk: bytes, content, schema, rows, relations, and values computed by the other path."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from math import ceil, inf, isnan, log10
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sinsdata.cases import CASE_CLASSES, Case, EquatorCase
-from sinsdata.generate import case_table
-from sinsdata.schema import DATASETS, FORMAT, arrow_schema, without_generator
-from sinsdata.storage import content_hash, file_hash
-from sinsdata.tiers import CaseFileError, checked_cases
-from sinsdata.truth import TRANSITION_ELEMENTS, equator_state
-from sinsref.arithmetic import MpArithmetic
-from sinsref.equator import EquatorModel, guard_bits, transition
-from sinsref.equator_modes import Modes, NoRealModesError, modes
-from sinsref.precession import increments
-from sinsref.precession import solution as precession_solution
+from sinsdata import digits
+from sinsdata.manifest import MAKERS, NAME, all_files, is_sealed, read_manifest, table_files
+from sinsdata.recompute import Worst
+from sinsdata.schema import DATASETS, arrow_schema, without_provenance
+from sinsdata.specification import Specification
+from sinsdata.storage import file_hash
+from sinsdata.stored_cases import load_cases
+from sinsdata.stored_pass import SpotLines, StoredPass, UnreadableError, read_lines
 
-#: Relative error that a pair may have at most.
-PAIR_TOLERANCE = 1e-30
-
-
-class DatasetError(ValueError):
-    """A folder is not a dataset that this version reads; the message says which and why."""
+#: ``progress(done, total, what)``: bytes while files are hashed, rows after that.
+_Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -39,7 +31,7 @@ class Check:
     Attributes
     ----------
     where : str
-        Folder and table.
+        Folder, and table or file.
     what : str
         The property.
     holds : bool
@@ -52,219 +44,185 @@ class Check:
     holds: bool
     detail: str = ""
 
-
-def find_datasets(folder: Path) -> list[Path]:
-    """Return the dataset folders at or below a folder.
-
-    Raises
-    ------
-    DatasetError
-        If there is none.
-    """
-    if not folder.is_dir():
-        raise DatasetError(f"{folder}: {'a file, not a folder' if folder.exists() else 'no such folder'}")
-    patterns = ("manifest.json", "*/manifest.json", "*/*/manifest.json")
-    found = sorted({path.parent for pattern in patterns for path in folder.glob(pattern)})
-    found = [path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts)]
-    if not found:
-        raise DatasetError(f"{folder}: not a dataset: no manifest.json here or in DATASET/TIER below")
-    return found
+    def __post_init__(self) -> None:
+        if self.holds:
+            object.__setattr__(self, "detail", "")
 
 
-def read_manifest(folder: Path) -> dict[str, Any]:
-    """Return the manifest of a dataset folder.
-
-    Raises
-    ------
-    DatasetError
-        If it cannot be read, or is of a dataset, format or version that this version does not know.
-    """
-    path = folder / "manifest.json"
-    try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
-        about = manifest["format"], manifest["dataset"], manifest["version"]
-        tables = {name: entry["file"] for name, entry in manifest["tables"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise DatasetError(f"{path}: not a manifest: {type(error).__name__}: {error}") from None
-    layout, dataset, version = about
-    if layout != FORMAT:
-        raise DatasetError(f"{path}: format {layout!r}; this version reads format {FORMAT}")
-    if not isinstance(dataset, str) or dataset not in DATASETS:
-        raise DatasetError(f"{path}: unknown dataset {dataset!r}; admissible: {', '.join(DATASETS)}")
-    if version != DATASETS[dataset].version:
-        raise DatasetError(
-            f"{path}: {dataset} version {version}; this version of sinsbench reads {DATASETS[dataset].version}"
-        )
-    if missing := set(DATASETS[dataset].tables) - set(tables):
-        raise DatasetError(f"{path}: no entry for table {min(missing)!r}")
-    return dict(manifest)
+def _silent(done: int, total: int, what: str) -> None:
+    pass
 
 
-def load_cases(folder: Path) -> tuple[str, tuple[Case, ...]]:
-    """Return name and cases of the dataset in a folder.
+def verify(folder: Path, recompute: int | None = 3, progress: _Progress = _silent) -> Iterator[Check]:
+    """Check a dataset: bytes, content, schema, rows, relations between them, and some computed again.
 
-    Raises
-    ------
-    DatasetError
-        If the folder is not a dataset that this version reads.
-    """
-    dataset = read_manifest(folder)["dataset"]
-    try:
-        rows = pq.read_table(folder / "cases.parquet").to_pylist()
-        return dataset, checked_cases(dataset, [_mapping(dataset, row) for row in rows], str(folder / "cases.parquet"))
-    except (OSError, pa.ArrowException, KeyError, CaseFileError) as error:
-        raise DatasetError(f"{folder / 'cases.parquet'}: {error}") from None
-
-
-def _mapping(dataset: str, row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row of the table ``cases`` as the keys of a case file."""
-
-    def texts(*names: str) -> list[str] | None:
-        values = [row[f"{name}_exact"] for name in names]
-        return None if None in values else values
-
-    scalars = {key: row[f"{key}_exact"] for key in CASE_CLASSES[dataset].__dataclass_fields__ if f"{key}_exact" in row}
-    given: dict[str, Any] = {"name": row["case"], **scalars}
-    if dataset == "equator_errors":
-        names = [column.name for column in DATASETS[dataset].tables["truth"][2:]]
-        given["initial_errors"] = texts(*(f"{name}_initial" for name in names))
-        given["misalignment"] = [texts(*(f"misalignment_{i}{j}" for j in "123")) for i in "123"]
-        if None in given["misalignment"]:
-            given["misalignment"] = None
-    else:
-        given["initial_attitude"] = texts(*(f"q_{c}_initial" for c in "wxyz"))
-        given["initial_velocity"] = texts(*(f"w_inertial_{c}_initial" for c in "xyz"))
-    return given
-
-
-def verify(folder: Path, rows_per_case: int = 3) -> Iterator[Check]:
-    """Check a dataset: bytes, content, schema, rows, and some rows of each case and table computed again.
+    A table is read once, and only if its files are those of the manifest; memory does not grow with it.
 
     Parameters
     ----------
     folder : Path
         The dataset.
-    rows_per_case : int, default 3
-        Rows of each case that are computed again by mpmath, from the case alone: first, last and evenly
-        between.
+    recompute : int or None, default 3
+        Rows of each case and table that are computed again by mpmath, from the case alone: first, last and evenly
+        between; None for all.
+    progress : callable, optional
+        ``progress(done, total, what)``.
 
     Yields
     ------
     Check
+
+    Raises
+    ------
+    sinsdata.manifest.DatasetError
+        If there is no manifest that this version reads, or the cases are none.
     """
     manifest = read_manifest(folder)
-    dataset = manifest["dataset"]
-    sound = True
-    for table in DATASETS[dataset].tables:
-        for check in _check_table(folder, dataset, table, manifest["tables"][table]):
-            sound = sound and check.holds
-            yield check
-    if sound:
-        yield from _recompute(folder, rows_per_case)
+    yield from _check_manifest(folder, manifest)
+    damaged: set[str] = set()
+    for check, name in _check_files(folder, manifest, progress):
+        if not check.holds:
+            damaged.add(name)
+        yield check
+    sound: list[str] = []
+    for table in manifest["tables"]:
+        if not damaged & {entry["file"] for entry in manifest["tables"][table]["files"]}:
+            checks = list(_check_table(folder, manifest, table))
+            yield from checks
+            if all(check.holds for check in checks):
+                sound.append(table)
+    if "cases" in sound:
+        yield from _check_rows(folder, manifest, sound, digits.NAME in damaged, recompute, progress)
 
 
-def _check_table(folder: Path, dataset: str, table: str, entry: dict[str, Any]) -> Iterator[Check]:
-    path, where = folder / f"{table}.parquet", f"{folder}: {table}"
-    if not path.is_file():
-        yield Check(where, "file", False, f"{path.name} is missing")
-        return
-    digest = file_hash(path)
-    yield Check(
-        where,
-        "SHA-256 of the file",
-        digest == entry.get("sha256"),
-        f"{digest} instead of {entry.get('sha256')}",
-    )
+def _check_manifest(folder: Path, manifest: Mapping[str, Any]) -> Iterator[Check]:
+    where = f"{folder}: {NAME}"
+    text = (folder / NAME).read_bytes().decode()
+    yield Check(where, "own hash", is_sealed(text), "it has been changed")
+    about = DATASETS[manifest["dataset"]]
+    expected = {"title": about.title, "source": about.source, "doi": about.doi, "license": "CC0-1.0"}
+    wrong = [key for key, value in expected.items() if manifest.get(key) != value]
+    yield Check(where, "title, source and license", not wrong, f"{', '.join(wrong)}: not those of this version")
+
+
+def _check_files(folder: Path, manifest: Mapping[str, Any], progress: _Progress) -> Iterator[tuple[Check, str]]:
+    """Compare the files with the manifest; with each check the name of its file."""
+    entries = list(all_files(manifest))
+    total, done = sum(_size(entry) for entry in entries), 0
+    for entry in entries:
+        name = entry["file"]
+        progress(done, total, name)
+        done += _size(entry)
+        yield Check(f"{folder}: {name}", "size and SHA-256 of the file", *_same_bytes(folder / name, entry)), name
+    # Hidden files are none of the dataset's: those of desktops, of runs that were killed.
+    names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
+    more = sorted(names - {NAME, *(entry["file"] for entry in entries)})
+    detail = f"not in the manifest: {', '.join(more[:5])}"
+    yield Check(f"{folder}: {NAME}", "no other files", not more, detail), ""
+
+
+def _size(entry: Mapping[str, Any]) -> int:
+    size = entry.get("bytes")
+    return size if isinstance(size, int) else 0
+
+
+def _same_bytes(path: Path, entry: Mapping[str, Any]) -> tuple[bool, str]:
     try:
-        with pq.ParquetFile(path) as file:
-            schema, rows = file.schema_arrow, file.metadata.num_rows
-        content = content_hash(path)
-    except (OSError, ValueError, pa.ArrowException) as error:  # ValueError: texts that are not UTF-8
-        yield Check(where, "readable as Parquet", False, (str(error) or type(error).__name__).splitlines()[0])
-        return
-    yield Check(
-        where,
-        "content hash",
-        content == entry.get("content_sha256"),
-        f"{content} instead of {entry.get('content_sha256')}",
-    )
-    same = without_generator(schema).equals(without_generator(arrow_schema(dataset, table)), check_metadata=True)
-    yield Check(where, "schema, units and metadata", same, "differs from that of this version")
-    yield Check(where, "number of rows", rows == entry.get("rows"), f"{rows} instead of {entry.get('rows')}")
+        size = path.stat().st_size
+        if size != entry.get("bytes"):
+            return False, f"{path.name} has {size} bytes instead of {entry.get('bytes')}"
+        digest = file_hash(path)
+    except FileNotFoundError:
+        return False, f"{path.name} is missing"
+    except OSError as error:
+        return False, f"{path.name}: {error.strerror}"
+    return digest == entry.get("sha256"), f"{path.name} has {digest} instead of {entry.get('sha256')}"
 
 
-def _recompute(folder: Path, rows_per_case: int) -> Iterator[Check]:
-    dataset, cases = load_cases(folder)
-    named = [case.name for case in cases]
-    yield Check(
-        f"{folder}: manifest", "names of the cases", read_manifest(folder).get("cases") == named, f"not {named}"
-    )
-    same = pq.read_table(folder / "cases.parquet").equals(pa.Table.from_batches([case_table(dataset, cases)]))
-    yield Check(f"{folder}: cases", "binary64 nearest to the exact texts", same, "a number is not that of its text")
-    for table, about in DATASETS[dataset].tables.items():
-        if table == "cases":
-            continue
-        names = [column.name for column in about if column.kind == "pair"]
-        for case in cases:
-            where = f"{folder}: {table}: {case.name}"
-            data = pq.read_table(folder / f"{table}.parquet", filters=[("case", "=", case.name)])
-            expected = 1 if table == "modes" else case.samples + (table != "increments")
-            yield Check(where, "rows of the case", len(data) == expected, f"{len(data)} instead of {expected}")
-            if len(data) != expected:
-                continue
-            count = min(rows_per_case, len(data))
-            wanted = sorted({round(i * (len(data) - 1) / max(count - 1, 1)) for i in range(count)})
-            worst, place = 0.0, ""
-            for row in wanted:
-                index = row + (table == "increments")
-                stored = data.slice(row, 1).to_pylist()[0]
-                errors = _errors(stored, names, _exact_row(case, table, index))
-                errors["sample"] = 0.0 if stored.get("sample", index) == index else inf
-                name = max(errors, key=errors.__getitem__)
-                if errors[name] > worst:
-                    worst, place = errors[name], f"row {row}, {name}"
-            detail = f"relative difference {worst:.1e} at {place}"
-            yield Check(where, f"{len(wanted)} rows recomputed by mpmath", worst <= PAIR_TOLERANCE, detail)
-
-
-def _errors(stored: dict[str, Any], names: list[str], exact: list[Any] | None) -> dict[str, float]:
-    """Return the relative error of each pair of a row; infinite where a number is missing or is none."""
-    pairs = {name: (stored[name], stored[f"{name}_lo"]) for name in names}
-    if exact is None:
-        return {name: 0.0 if pair == (None, None) else inf for name, pair in pairs.items()}
-    # mpmath leaves 1e-75 or so of the largest value where the exact one is 0.
-    smallest = max(abs(value) for value in exact) * PAIR_TOLERANCE
-    errors = {}
-    for (name, pair), value in zip(pairs.items(), exact, strict=True):
-        error = inf if None in pair else abs(value - pair[0] - pair[1]) / (max(abs(value), smallest) or 1)
-        errors[name] = inf if isnan(error) else float(error)
-    return errors
-
-
-def _exact_row(case: Case, table: str, index: int) -> list[Any] | None:
-    """Return the values of a row in mpmath, None for modes that do not exist."""
-    # 80 digits leave 1e-30 of the smallest value; on top comes what phases of many turns and cancelling series lose.
-    if isinstance(case, EquatorCase):
-        ar = MpArithmetic(30)
-        model = EquatorModel.at(ar, case.v_east, case.height)
-        ar = MpArithmetic(80 + ceil(guard_bits(ar, model, ar.number(case.duration)) * log10(2)))
-        model = EquatorModel.at(ar, case.v_east, case.height)
-        time = ar.number(case.interval) * index
-        if table == "truth":
-            return [time, *equator_state(case)(ar, time)]
-        if table == "transition":
-            matrix = transition(ar, model, time)
-            return [time, *(matrix[i - 1][j - 1] for i, j in TRANSITION_ELEMENTS)]
+def _check_table(folder: Path, manifest: Mapping[str, Any], table: str) -> Iterator[Check]:
+    """Check what the files of a table say of themselves."""
+    where, entry = f"{folder}: {table}", manifest["tables"][table]
+    expected = without_provenance(arrow_schema(manifest["dataset"], table))
+    rows, schemas, wrong_rows = 0, [], []
+    for path, about in zip(table_files(folder, manifest, table), entry["files"], strict=True):
         try:
-            constants = modes(ar, model)
-        except NoRealModesError:
-            return None
-        return [getattr(constants, name) for name in Modes.__dataclass_fields__]
-    turns = abs(float(case.spin_rate) * float(case.duration)) * (1 + abs(float(case.precession_ratio)))
-    ar = MpArithmetic(80 + ceil(log10(1 + turns)))
-    time = ar.number(case.interval) * index
-    if table == "increments":
-        angle, velocity = increments(ar, case.motion, time, ar.number(case.interval))
-        return [time, *angle, *velocity]
-    attitude, inertial, body = precession_solution(ar, case.motion, time)
-    return [time, *attitude, *inertial, *body]
+            with pq.ParquetFile(path) as file:
+                schema, count = file.schema_arrow, file.metadata.num_rows
+        except (OSError, ValueError, pa.ArrowException) as error:  # ValueError: texts that are not UTF-8
+            detail = f"{path.name}: {(str(error) or type(error).__name__).splitlines()[0]}"
+            yield Check(where, "readable as Parquet", False, detail)
+            return
+        rows += count
+        if not without_provenance(schema).equals(expected, check_metadata=True):
+            schemas.append(path.name)
+        if count != about.get("rows"):
+            wrong_rows.append(f"{path.name} has {count} instead of {about.get('rows')}")
+    if rows != entry.get("rows"):
+        wrong_rows.append(f"{rows} in all instead of {entry.get('rows')}")
+    yield Check(where, "schema, units and metadata", not schemas, f"not those of this version: {', '.join(schemas)}")
+    yield Check(where, "number of rows", not wrong_rows, "; ".join(wrong_rows))
+
+
+def _check_rows(
+    folder: Path,
+    manifest: Mapping[str, Any],
+    sound: list[str],
+    digits_damaged: bool,
+    recompute: int | None,
+    progress: _Progress,
+) -> Iterator[Check]:
+    dataset, cases = load_cases(folder)
+    given = manifest.get("cases")
+    yield Check(f"{folder}: {NAME}", "number of cases", given == len(cases), f"{given} instead of {len(cases)}")
+    specification = Specification(dataset, str(manifest.get("tier")), cases, tuple(manifest["tables"]))
+    if _same_versions(manifest):
+        same = specification.key == manifest.get("specification")
+        detail = "cases and tables are not those that the dataset was made for"
+        yield Check(f"{folder}: {NAME}", "specification", same, detail)
+    whole = {}
+    for number, group in enumerate(specification.groups):
+        for table in set(group.tables) & set(sound):
+            stored, expected = manifest["tables"][table]["rows"], specification.rows(number)
+            detail = f"{stored} instead of {expected}"
+            yield Check(f"{folder}: {table}", "rows of the cases", stored == expected, detail)
+            if stored == expected:
+                whole[table] = table_files(folder, manifest, table)
+    if "cases" not in whole:
+        return
+    lines: SpotLines = {}
+    if not digits_damaged:
+        text = (folder / digits.NAME).read_bytes().decode()
+        right = text == digits.digits_text(specification)
+        yield Check(f"{folder}: {digits.NAME}", "digits computed again", right, "they differ")
+        lines = read_lines(text) if right else {}
+    looked = StoredPass(specification, whole, recompute, lines, progress)
+    try:
+        looked.run()
+    except UnreadableError as error:
+        yield Check(f"{folder}: {str(error).partition(':')[0]}", "readable as Parquet", False, str(error))
+        return
+    yield from _results(folder, manifest, looked)
+
+
+def _results(folder: Path, manifest: Mapping[str, Any], looked: StoredPass) -> Iterator[Check]:
+    for name, table in looked.tables.items():
+        digest, stated = table.digest.hexdigest(), manifest["tables"][name].get("content_sha256")
+        yield Check(f"{folder}: {name}", "content hash", digest == stated, f"{digest} instead of {stated}")
+    for (where, what), worst in looked.findings.items():
+        yield Check(f"{folder}: {where}", what, worst.size <= 1, _times(worst))
+    for table_name, worst in looked.recomputed.items():
+        what = f"{worst.count} values computed again by mpmath"
+        detail = f"relative difference {worst.size * 1e-30:.1e} at {worst.where}"
+        yield Check(f"{folder}: {table_name}", what, worst.size <= 1, detail)
+    for table_name, worst in looked.spots.items():
+        what = f"{worst.count} of its values are those of {digits.NAME}"
+        yield Check(f"{folder}: {table_name}", what, worst.size <= 1, worst.where)
+
+
+def _times(worst: Worst) -> str:
+    return f"{worst.where}: {worst.size:.1e} times what it may be"
+
+
+def _same_versions(manifest: Mapping[str, Any]) -> bool:
+    """Return whether the packages installed here made a dataset: they are part of what it was made for."""
+    return bool(manifest.get("generator") == {name: version(name) for name in MAKERS})
