@@ -1,3 +1,3 @@
 """Subjects, scores, claims and reports of the sinsbench benchmark."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -22,7 +22,7 @@ from sinsdata.cases import DualPrecessionCase
 from sinsdata.certified import BLOCK, Block, RowFormula, blocks
 from sinsdata.irregular import PARTS, arrived, arrived_count, shifts
 from sinsdata.scattered import ScatteredTable
-from sinsdata.truth import WORKING_BITS, increment_formula
+from sinsdata.truth import WORKING_BITS, increment_formula, precession_formula
 from sinsref.arithmetic import Arithmetic, BallArithmetic, MpArithmetic, Number
 from sinsref.pi_monomials import PiMonomial, PiMonomialArithmetic
 from sinsref.precession import (
@@ -148,6 +148,32 @@ def _nonuniform_blocks(case: DualPrecessionCase, first: int, count: int, tally: 
         index = epochs[1:]
         settle(partial(_nonuniform_row, case), index.tolist(), high, low, decided, tally)
         yield Block(index, high[:, 0], low[:, 0], high[:, 1:], low[:, 1:])
+
+
+def _true_row(case: DualPrecessionCase, ar: Arithmetic, epoch: int) -> list[Number]:
+    """Return time, attitude and velocities at an epoch off the grid."""
+    time = nonuniform_time(case, ar, epoch)
+    return [time, *precession_formula(case)(ar, time)]
+
+
+def nonuniform_truth_blocks(case: DualPrecessionCase, first: int, count: int, tally: RoundingTally) -> Iterator[Block]:
+    """Yield attitude and velocities at the ends of the samples off the grid, the start included."""
+    formula = precession_formula(case)
+    table = ScatteredTable(lambda ar, time: [time, *formula(ar, time)], case.interval, PARTS, WORKING_BITS)
+    for start in range(first, first + count, BLOCK):
+        epochs = np.arange(start, min(start + BLOCK, first + count))
+        with BallArithmetic(WORKING_BITS):
+            values = table.balls(start, shifts(case.samples, epochs))
+            shape = len(values), len(values[0])
+            pairs = round_balls([x for row in values for x in row])
+        high, low, decided = pairs[0].reshape(shape), pairs[1].reshape(shape), pairs[2].reshape(shape)
+        settle(partial(_true_row, case), epochs.tolist(), high, low, decided, tally)
+        yield Block(epochs, high[:, 0], low[:, 0], high[:, 1:], low[:, 1:])
+
+
+def exact_nonuniform_truth(ar: MpArithmetic, case: DualPrecessionCase, row: int) -> list[Number]:
+    """Return time and values of row `row` of that table, from 0, by mpmath."""
+    return _true_row(case, ar, row)
 
 
 # Samples that never arrive.

@@ -1,32 +1,25 @@
-"""Generation of a dataset: cases to certified tables, Parquet and a manifest."""
+"""Generation of a dataset: cases to certified tables, Parquet files and a manifest."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from importlib.metadata import version
-from pathlib import Path
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 
-import numpy as np
-import pyarrow as pa
-
-from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
-from sinsdata.certified import Block
-from sinsdata.schema import DATASETS, FORMAT, arrow_schema
-from sinsdata.storage import replacing, write_json, write_table
-from sinsdata.truth import (
-    WORKING_BITS,
-    equator_blocks,
-    equator_modes,
-    increment_blocks,
-    precession_blocks,
-    transition_blocks,
-)
-from sinsref.exact import ExactNumber
+from sinsdata import digits, manifest
+from sinsdata.cases import Case
+from sinsdata.content_hash import combined
+from sinsdata.croissant import croissant_text
+from sinsdata.destination import Destination, Place, destination, shown
+from sinsdata.schema import arrow_schema
+from sinsdata.shards import ShardReceipt, complete
+from sinsdata.specification import Specification
+from sinsdata.storage import text_entry
+from sinsdata.workers import Results, cluster, here, pool
 from sinsref.rounding import RoundingTally
 
-#: ``progress(rows done, rows in all, table)``.
+#: ``progress(rows done, rows in all, what)``.
 Progress: TypeAlias = Callable[[int, int, str], None]
 
 
@@ -36,143 +29,160 @@ class Generated:
 
     Attributes
     ----------
-    folder : Path
-        The dataset.
+    folder : Path or str
+        The dataset: a path, or a URI, without credentials and options, where one was given.
     manifest : dict
-        Its manifest.
+        Its manifest; empty while shards of other jobs are missing.
+    shards, reused, missing : int
+        Files in all; those that an earlier run had finished; those that other jobs have not finished yet.
     """
 
-    folder: Path
+    folder: Any
     manifest: dict[str, Any]
+    shards: int = 0
+    reused: int = 0
+    missing: int = 0
 
 
-#: Table name -> certified blocks of one case, and the first sample number (None: the table has no samples).
-_SERIES: dict[str, dict[str, tuple[Callable[[Any, RoundingTally], Iterator[Block]], int | None]]] = {
-    "equator_errors": {"truth": (equator_blocks, None), "transition": (transition_blocks, None)},
-    "dual_precession": {"increments": (increment_blocks, 1), "truth": (precession_blocks, 0)},
-}
+def _silent(done: int, total: int, what: str) -> None:
+    pass
 
 
 def generate(
     dataset: str,
     tier: str,
     cases: Sequence[Case],
-    out: Path,
-    progress: Progress = lambda done, total, table: None,
+    out: Place,
+    progress: Progress = _silent,
+    *,
+    tables: Sequence[str] | None = None,
+    workers: int = 1,
+    part: tuple[int, int] | None = None,
+    scheduler: str | None = None,
 ) -> Generated:
-    """Write a dataset to the folder ``out/dataset/tier``, in place of one that is there.
+    """Write a dataset to ``out/dataset/tier``, in place of one that is there.
+
+    A run that is interrupted, or killed, leaves the files that it has finished; the same call goes on from there. The
+    content does not depend on who computes it. Runs of the same specification at the same time share what they finish;
+    of runs of different ones the last to finish stays.
 
     Parameters
     ----------
     dataset, tier : str
     cases : sequence of Case
-    out : Path
+        May build its cases as they are asked for.
+    out : Path or str
+        A folder, or a URI that `pyarrow.fs` knows, such as ``s3://bucket/folder``.
     progress : callable, optional
-        Called with rows done, rows in all, and the table at work.
+        Called with rows done, rows in all, and what is at work.
+    tables : sequence of str, optional
+        All by default.
+    workers : int, default 1
+        Processes; with 1 everything happens in this one.
+    part : tuple of int, optional
+        ``(i, n)``: only each n-th shard, beginning with the i-th, from 1: one of n independent jobs. The job that
+        finds all others' shards finished completes the dataset.
+    scheduler : str, optional
+        Address of a Dask scheduler, in place of `workers`.
 
     Returns
     -------
     Generated
+
+    Raises
+    ------
+    sinsdata.tables.UnknownTableError
+        For a table that the dataset does not have.
+    sinsdata.workers.WorkerError
+        If workers are lost.
+    sinsdata.manifest.DatasetError
+        If the place cannot be used.
     """
-    tally = RoundingTally()
-    total = sum(case.samples + 1 for case in cases) * len(_SERIES[dataset])
-    done = 0
+    progress(0, 0, "looking at the cases")
+    specification = Specification(dataset, tier, cases, None if tables is None else tuple(tables))
+    place = destination(out, dataset, tier, specification.key)
+    folder = shown(out, dataset, tier)
+    shards = len(specification.shards)
+    while True:
+        there = place.finished()
+        if there is not None and there["specification"] == specification.key and place.intact(there):
+            place.tidy()
+            return Generated(folder, there, shards, reused=shards)
+        place.begin()
+        try:
+            receipts = _receipts(specification, place, progress, workers, part, scheduler)
+            if len(receipts) == shards:
+                made = _finish(specification, place, receipts)
+                break
+            waiting = {shard.receipt for shard in specification.shards} - place.receipts()
+            if waiting and not place.taken():
+                return Generated(folder, {}, shards, missing=len(waiting))
+        except FileNotFoundError:
+            if not place.taken():
+                raise
+        finally:
+            place.leave()
+    progress(specification.all_rows, specification.all_rows, "done")
+    return Generated(folder, made, shards, sum(receipt.reused for receipt in receipts.values()))
 
-    def counted(table: str, batches: Iterable[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
+
+def _receipts(
+    specification: Specification,
+    place: Destination,
+    progress: Progress,
+    workers: int,
+    part: tuple[int, int] | None,
+    scheduler: str | None,
+) -> dict[tuple[str, ...], ShardReceipt]:
+    """Compute shards and return receipts by file names: all, or fewer while other jobs have not finished theirs."""
+    first, step = part or (1, 1)
+    own = (specification.task(shard) for shard in specification.shards[first - 1 :: step])
+    done, total = 0, specification.all_rows
+
+    def report(rows: int) -> None:
         nonlocal done
-        progress(done, total, table)
-        for batch in batches:
-            yield batch
-            done += batch.num_rows
-            progress(min(done, total), total, table)
+        done += rows
+        progress(done, total, "rows")
 
-    folder = out / dataset / tier
-    with replacing(folder) as partial:
-        tables = {"cases": _write(partial, dataset, "cases", [case_table(dataset, cases)])}
-        if dataset == "equator_errors":
-            tables["modes"] = _write(partial, dataset, "modes", [_modes_table(cases, tally)])
-        for table in _SERIES[dataset]:
-            batches = counted(table, _series_batches(dataset, table, cases, tally))
-            tables[table] = _write(partial, dataset, table, batches)
-        manifest = _manifest(dataset, tier, cases, tables, tally)
-        # The manifest comes last: a folder without one is no dataset.
-        write_json(partial / "manifest.json", manifest)
-    progress(total, total, "done")
-    return Generated(folder, manifest)
+    progress(0, total, "rows")
+    results: Results
+    if scheduler is not None:
+        results = cluster(own, place, report, scheduler)
+    elif workers > 1:
+        results = pool(own, place, report, workers)
+    else:
+        results = here(own, place, report)
+    receipts = {task.files: receipt for task, receipt in results}
+    if part is not None:
+        others = [shard for shard in specification.shards if shard.files not in receipts]
+        if place.receipts().issuperset(shard.receipt for shard in others):
+            receipts |= {shard.files: complete(specification.task(shard), place, report) for shard in others}
+    return receipts
 
 
-def _write(folder: Path, dataset: str, table: str, batches: Iterable[pa.RecordBatch]) -> dict[str, Any]:
-    return write_table(folder / f"{table}.parquet", arrow_schema(dataset, table), batches)
-
-
-def _manifest(
-    dataset: str, tier: str, cases: Sequence[Case], tables: dict[str, dict[str, Any]], tally: RoundingTally
+def _finish(
+    specification: Specification, place: Destination, receipts: dict[tuple[str, ...], ShardReceipt]
 ) -> dict[str, Any]:
-    about = DATASETS[dataset]
-    return {
-        "format": FORMAT,
-        "dataset": dataset,
-        "tier": tier,
-        "version": about.version,
-        "title": about.title,
-        "source": about.source,
-        "doi": about.doi,
-        "license": "CC0-1.0",
-        "generator": {"sinsbench": version("sinsbench")},
-        "certification": {
-            "method": "ball arithmetic; x nearest binary64, x + x_lo within 1e-30 relative, both proved",
-            "first_working_bits": WORKING_BITS,
-            **asdict(tally),
-        },
-        "cases": [case.name for case in cases],
-        "tables": tables,
-    }
-
-
-def _batch(dataset: str, table: str, columns: Iterable[Any]) -> pa.RecordBatch:
-    schema = arrow_schema(dataset, table)
-    arrays = [pa.array(column, type=field.type) for field, column in zip(schema, columns, strict=True)]
-    return pa.RecordBatch.from_arrays(arrays, schema=schema)
-
-
-def _series_batches(dataset: str, table: str, cases: Sequence[Case], tally: RoundingTally) -> Iterator[pa.RecordBatch]:
-    blocks_of, first_sample = _SERIES[dataset][table]
-    for case in cases:
-        for block in blocks_of(case, tally):
-            head: list[Any] = [[case.name] * len(block.index)]
-            if first_sample is not None:
-                head.append(block.index)
-            pairs = [values for pair in zip(block.high.T, block.low.T, strict=True) for values in pair]
-            yield _batch(dataset, table, [*head, block.time, block.time_lo, *map(np.ascontiguousarray, pairs)])
-
-
-def _modes_table(cases: Sequence[Case], tally: RoundingTally) -> pa.RecordBatch:
-    rows = []
-    for case in cases:
-        assert isinstance(case, EquatorCase)
-        pairs = equator_modes(case, tally).values()
-        rows.append([case.name, *(part for pair in pairs for part in (pair or (None, None)))])
-    return _batch("equator_errors", "modes", zip(*rows, strict=True))
-
-
-def case_parameters(case: Case) -> list[ExactNumber | None]:
-    """Return the parameters of a case in the order of the columns of the table ``cases``."""
-    if isinstance(case, DualPrecessionCase):
-        return [
-            case.spin_rate, case.precession_ratio, case.nutation, case.spin_rate_dual, case.nutation_dual,
-            *(case.initial_attitude or (None,) * 4), *case.initial_velocity, case.duration, case.interval,
-        ]  # fmt: skip
-    matrix = case.misalignment or ((None,) * 3,) * 3
-    return [
-        case.v_east, case.height, case.duration, case.interval, *case.initial_errors,
-        *(element for row in matrix for element in row), case.inertial_longitude,
-    ]  # fmt: skip
-
-
-def case_table(dataset: str, cases: Sequence[Case]) -> pa.RecordBatch:
-    """Return the table ``cases``: of every parameter the nearest binary64 and the exact text."""
-    rows = []
-    for case in cases:
-        cells = [(None, None) if x is None else (float(x), x.text) for x in case_parameters(case)]
-        rows.append([case.name, *(part for cell in cells for part in cell)])
-    return _batch(dataset, "cases", zip(*rows, strict=True))
+    tally = RoundingTally()
+    pages: dict[str, list[bytes]] = {}
+    tables: dict[str, dict[str, Any]] = {}
+    for shard in specification.shards:
+        receipt = receipts[shard.files]
+        tally = replace(tally, **{k: v + getattr(tally, k) for k, v in asdict(receipt.tally).items()})
+        for file in receipt.files:
+            entry = tables.setdefault(file.table, {"rows": 0, "content_sha256": "", "files": []})
+            entry["rows"] += file.rows
+            entry["files"].append({"file": file.file, "rows": file.rows, "bytes": file.size, "sha256": file.sha256})
+            pages.setdefault(file.table, []).append(file.pages)
+    for table, entry in tables.items():
+        entry["content_sha256"] = combined(arrow_schema(specification.dataset, table), pages[table])
+    about = manifest.compose(
+        specification.dataset, specification.tier, specification.key, len(specification.cases), tables, tally
+    )
+    texts = {digits.NAME: digits.digits_text(specification)}
+    texts["croissant.json"] = croissant_text(about)
+    text = manifest.sealed(about, [text_entry(name, content) for name, content in texts.items()])
+    texts[manifest.NAME] = text
+    place.finish(texts, [name for shard in specification.shards for name in shard.files])
+    made: dict[str, Any] = json.loads(text)
+    return made

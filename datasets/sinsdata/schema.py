@@ -1,113 +1,47 @@
-"""What the tables of the datasets hold: columns, units, frames, accuracy."""
+"""What the tables of the datasets hold."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
+from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
+from sinsdata.columns import Column, DatasetSchema
 from sinsdata.truth import TRANSITION_ELEMENTS
-from sinsref.earth import EQUATORIAL_GRAVITY, ROTATION_RATE, SEMI_MAJOR_AXIS
+from sinsref.earth import (
+    ECCENTRICITY_SQUARED,
+    EQUATORIAL_GRAVITY,
+    GRAVITY_FLATTENING,
+    ROTATION_RATE,
+    SEMI_MAJOR_AXIS,
+)
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 #: Layout of folder and manifest; a reader refuses any other.
-FORMAT = 1
-
-_ACCURACY = "correctly rounded: the binary64 nearest to the exact value (ties to even)"
-_ACCURACY_LO = (
-    "the binary64 nearest to exact value minus {name}; together within 1e-30 relative, proved by ball arithmetic"
-)
-_ACCURACY_EXACT = "exact"
-_ACCURACY_NEAREST = "the binary64 nearest to the exact value, which stands in {name}_exact"
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a table.
-
-    Attributes
-    ----------
-    name : str
-    unit : str
-        SI; empty where there is none.
-    description : str
-    frame : str
-        Axes in which a component is resolved.
-    kind : {"pair", "key", "index", "parameter"}
-        A pair becomes two fields, x and x_lo; a parameter becomes its nearest binary64 and the exact text
-        ``x_exact``.
-    """
-
-    name: str
-    unit: str
-    description: str
-    frame: str = ""
-    kind: str = "pair"
-
-    def fields(self) -> list[pa.Field]:
-        """Return the Arrow fields, with unit, description, frame and accuracy as metadata."""
-        import pyarrow as pa
-
-        def field(name: str, kind: pa.DataType, accuracy: str, description: str) -> pa.Field:
-            metadata = {
-                "unit": self.unit,
-                "description": description,
-                "frame": self.frame,
-                "accuracy": accuracy,
-            }
-            return pa.field(name, kind, metadata={k: v for k, v in metadata.items() if v})
-
-        if self.kind in ("key", "index"):
-            kind = pa.string() if self.kind == "key" else pa.int64()
-            return [field(self.name, kind, _ACCURACY_EXACT, self.description)]
-        if self.kind == "parameter":
-            return [
-                field(self.name, pa.float64(), _ACCURACY_NEAREST.format(name=self.name), self.description),
-                field(f"{self.name}_exact", pa.string(), _ACCURACY_EXACT, f"exact value: {self.description}"),
-            ]
-        return [
-            field(self.name, pa.float64(), _ACCURACY, self.description),
-            field(
-                f"{self.name}_lo",
-                pa.float64(),
-                _ACCURACY_LO.format(name=self.name),
-                f"rest: {self.description}",
-            ),
-        ]
-
-
-@dataclass(frozen=True)
-class DatasetSchema:
-    """A dataset: its tables and where it comes from.
-
-    Attributes
-    ----------
-    name, title, version : str
-        The version of the data: PATCH same data reserialised, MINOR added, MAJOR changed.
-    source : str
-        The paper.
-    doi : str
-        Of the paper; empty where it has none.
-    parameters : mapping of str to str
-        Constants and conventions that hold for all cases.
-    tables : mapping of str to tuple of Column
-    """
-
-    name: str
-    title: str
-    version: str
-    source: str
-    doi: str
-    parameters: Mapping[str, str]
-    tables: Mapping[str, tuple[Column, ...]]
-
+FORMAT = 2
 
 _CASE = Column("case", "", "name of the case", kind="key")
 _TIME = Column("time", "s", "time since the start")
+_DIFFICULTY = (
+    Column("stratum", "", "stratum of a tier that has strata; null otherwise", kind="key"),
+    Column(
+        "condition",
+        "1",
+        "relative change of the result per relative change of the parameters; null: not computed",
+        kind="measure",
+    ),
+    Column(
+        "digits_lost",
+        "1",
+        "decimal digits that the literal formula loses in binary64; null: it is not defined, or not computed",
+        kind="measure",
+    ),
+)
 _STATE = (
     Column("dv_north", "m/s", "error of the velocity north", "north-up-east"),
     Column("dv_up", "m/s", "error of the velocity up", "north-up-east"),
@@ -136,6 +70,35 @@ _EQUATOR_CASES = _parameters(
     ),
     ("inertial_longitude", "rad", "inertial longitude at the start"),
 )
+
+_MOTION = Column("motion", "", "parallel, meridian, great_circle or climbing_turn", kind="key")
+_TRAVEL_CASES = _parameters(
+    ("latitude", "rad", "latitude at the start"),
+    ("longitude", "rad", "longitude at the start"),
+    ("height", "m", "height at the start"),
+    ("speed", "m/s", "horizontal speed over the Earth; negative on a parallel for west, on a meridian for south"),
+    ("heading", "rad", "heading at the start, clockwise from north; null: the motion has none"),
+    ("climb_rate", "m/s", "upward velocity; null: the motion has none"),
+    ("turn_rate", "rad/s", "rate of the heading; null: the motion has none"),
+    *_SAMPLING,
+    *((f"{c.name}_initial", c.unit, f"initial {c.description}") for c in _STATE),
+)
+_TRAVEL = (
+    Column("v_north", "m/s", "velocity north over the Earth", "north-up-east"),
+    Column("v_up", "m/s", "velocity up", "north-up-east"),
+    Column("v_east", "m/s", "velocity east over the Earth", "north-up-east"),
+    Column("height", "m", "height above the ellipsoid"),
+    Column("latitude", "rad", "geodetic latitude"),
+    Column("longitude", "rad", "longitude"),
+    Column("force_north", "m/s^2", "specific force north", "north-up-east"),
+    Column("force_up", "m/s^2", "specific force up", "north-up-east"),
+    Column("force_east", "m/s^2", "specific force east", "north-up-east"),
+)
+
+
+def _state(said: str) -> tuple[Column, ...]:
+    return tuple(replace(column, description=said.format(column.description)) for column in _STATE)
+
 
 _PRECESSION_CASES = _parameters(
     ("spin_rate", "rad/s", "spin rate nu"),
@@ -183,15 +146,59 @@ _TRANSITION = tuple(
 )
 
 _SAMPLE = Column("sample", "", "number of the sample; increments end at it", kind="index")
+
+
+def _vector(name: str, unit: str, description: str, frame: str = "body") -> tuple[Column, ...]:
+    return tuple(Column(f"{name}_{c}", unit, f"{description}, {c}", frame) for c in "xyz")
+
+
 _INCREMENTS = (
-    *(Column(f"angle_{c}", "rad", f"integral of the angular rate over the sample, {c}", "body") for c in "xyz"),
-    *(Column(f"velocity_{c}", "m/s", f"integral of the specific force over the sample, {c}", "body") for c in "xyz"),
+    *_vector("angle", "rad", "integral of the angular rate over the sample"),
+    *_vector("velocity", "m/s", "integral of the specific force over the sample"),
 )
+#: The other input conventions of the same motion: table -> value columns.
+_CONVENTIONS = {
+    "rates": (
+        *_vector("angular_rate", "rad/s", "angular rate at the instant"),
+        *_vector("specific_force", "m/s^2", "specific force at the instant"),
+    ),
+    "mean_rates": (
+        *_vector("angular_rate", "rad/s", "mean of the angular rate over the sample"),
+        *_vector("specific_force", "m/s^2", "mean of the specific force over the sample"),
+    ),
+    "accumulated": (
+        *_vector("angle", "rad", "integral of the angular rate since the start"),
+        *_vector("velocity", "m/s", "integral of the specific force since the start"),
+    ),
+    "resolved": (
+        *_vector(
+            "velocity_start",
+            "m/s",
+            "integral of the specific force over the sample, resolved in the body axes of its start",
+            "body at the start of the sample",
+        ),
+        *_vector(
+            "velocity_end",
+            "m/s",
+            "integral of the specific force over the sample, resolved in the body axes of its end",
+            "body at the end of the sample",
+        ),
+    ),
+    "nonuniform": (Column("interval", "s", "length of the sample"), *_INCREMENTS),
+    "dropped": _INCREMENTS,
+    "quantised": (
+        *_vector("angle", "rad", "increment of the accumulated angle, rounded to whole quanta of 2^-20 rad"),
+        *_vector("velocity", "m/s", "increment of the accumulated velocity, rounded to whole quanta of 2^-12 m/s"),
+    ),
+}
 _ATTITUDE = (
     *(Column(f"q_{c}", "1", f"attitude quaternion, {c}", "body to inertial, scalar first") for c in "wxyz"),
     *(Column(f"w_inertial_{c}", "m/s", f"apparent velocity, {c}", "inertial") for c in "xyz"),
     *(Column(f"w_body_{c}", "m/s", f"apparent velocity, {c}", "body") for c in "xyz"),
 )
+
+_LOGINOV_2013 = "Loginov M. Yu., Tkachenko M. G., Chelnokov Yu. N., Izv. Saratov Univ. Math. Mech. Inform. 13 (2013)"
+_LOGINOV_2013_DOI = "10.18500/1816-9791-2013-13-1-1-69-84"
 
 DATASETS: Mapping[str, DatasetSchema] = {
     schema.name: schema
@@ -199,9 +206,9 @@ DATASETS: Mapping[str, DatasetSchema] = {
         DatasetSchema(
             "equator_errors",
             "Errors of a strapdown INS along the equator: exact solutions of the linear error equations",
-            "1.0.0",
-            "Loginov M. Yu., Tkachenko M. G., Chelnokov Yu. N., Izv. Saratov Univ. Math. Mech. Inform. 13 (2013)",
-            "10.18500/1816-9791-2013-13-1-1-69-84",
+            "1.1.0",
+            _LOGINOV_2013,
+            _LOGINOV_2013_DOI,
             {
                 "rotation_rate, rad/s": ROTATION_RATE.text,
                 "semi_major_axis, m": SEMI_MAJOR_AXIS.text,
@@ -210,7 +217,7 @@ DATASETS: Mapping[str, DatasetSchema] = {
                 "errors": "computed minus true",
             },
             {
-                "cases": (_CASE, *_EQUATOR_CASES),
+                "cases": (_CASE, *_DIFFICULTY, *_EQUATOR_CASES),
                 "truth": (_CASE, _TIME, *_STATE),
                 "modes": (_CASE, *_MODES),
                 "transition": (_CASE, _TIME, *_TRANSITION),
@@ -219,7 +226,7 @@ DATASETS: Mapping[str, DatasetSchema] = {
         DatasetSchema(
             "dual_precession",
             "Regular precession and its dual analogue: increments, attitude and apparent velocity, exact",
-            "1.0.0",
+            "1.1.0",
             "Lebedev D. V., Panov A. P., Synthesis of high-accuracy algorithms for the apparent velocity, 1989",
             "",
             {
@@ -227,20 +234,50 @@ DATASETS: Mapping[str, DatasetSchema] = {
                 "increments": "integrals of angular rate and specific force in body axes over the sample",
             },
             {
-                "cases": (_CASE, *_PRECESSION_CASES),
+                "cases": (_CASE, *_DIFFICULTY, *_PRECESSION_CASES),
                 "increments": (_CASE, _SAMPLE, _TIME, *_INCREMENTS),
                 "truth": (_CASE, _SAMPLE, _TIME, *_ATTITUDE),
+                **{name: (_CASE, _SAMPLE, _TIME, *columns) for name, columns in _CONVENTIONS.items()},
+                "nonuniform_truth": (_CASE, _SAMPLE, _TIME, *_ATTITUDE),
+            },
+        ),
+        DatasetSchema(
+            "error_equations",
+            "Errors of a strapdown INS along any motion: the linear error equations and the nonlinear ideal ones",
+            "1.0.0",
+            _LOGINOV_2013,
+            _LOGINOV_2013_DOI,
+            {
+                "rotation_rate, rad/s": ROTATION_RATE.text,
+                "semi_major_axis, m": SEMI_MAJOR_AXIS.text,
+                "eccentricity_squared": ECCENTRICITY_SQUARED.text,
+                "equatorial_gravity, m/s^2": EQUATORIAL_GRAVITY.text,
+                "gravity_flattening": GRAVITY_FLATTENING.text,
+                "errors": "computed minus true",
+                "nonlinear": "exact sensors; the computer resolves the force at the position it has computed",
+            },
+            {
+                "cases": (_CASE, *_DIFFICULTY, _MOTION, *_TRAVEL_CASES),
+                "motion": (_CASE, _TIME, *_TRAVEL),
+                "truth": (_CASE, _TIME, *_state("{}, by the linear error equations")),
+                "nonlinear": (_CASE, _TIME, *_state("{}, of a computer that integrates the nonlinear equations")),
+                "linearisation": (_CASE, _TIME, *_state("{}: nonlinear less linear")),
             },
         ),
     )
 }
 
 
-def without_generator(schema: pa.Schema) -> pa.Schema:
-    """Return a schema without the name of the program that wrote it: any version writes the same data."""
-    return schema.with_metadata({k: v for k, v in (schema.metadata or {}).items() if k != b"generator"})
+#: Entries of the metadata of a file that say who wrote it when, not what it holds.
+_PROVENANCE = (b"generator", b"specification", b"certification")
 
 
+def without_provenance(schema: pa.Schema) -> pa.Schema:
+    """Return a schema without the traces of the run that wrote it: any run and version writes the same data."""
+    return schema.with_metadata({k: v for k, v in (schema.metadata or {}).items() if k not in _PROVENANCE})
+
+
+@cache
 def arrow_schema(dataset: str, table: str) -> pa.Schema:
     """Return the Arrow schema of a table, metadata included."""
     import pyarrow as pa

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, TypeAlias
 from sinsdata.cases import CASE_CLASSES, Case, CaseError, DualPrecessionCase, EquatorCase
 from sinsdata.error_equation_cases import (
     ERROR_EQUATION_SHORT,
+    ERROR_EQUATION_STRATA,
     error_equation_paper_cases,
     error_equation_standard_cases,
 )
@@ -23,8 +25,18 @@ _CasesOfTier: TypeAlias = Callable[[], tuple[Case, ...]]
 
 __all__ = [
     "TIERS_WITH_STRATA",
-    "CaseFileError", "cases_from_toml", "cases_of", "checked_cases", "known_dataset", "paper_cases", "short_cases",
-    "standard_cases", "stratum_name", "stratum_of",
+    "CaseFileError",
+    "cases_from_toml",
+    "cases_of",
+    "checked_cases",
+    "known_dataset",
+    "paper_cases",
+    "short_cases",
+    "standard_cases",
+    "strata_of",
+    "stratum_name",
+    "stratum_of",
+    "tiers_of",
 ]  # fmt: skip
 
 
@@ -62,6 +74,19 @@ def cases_of(dataset: str, tier: str) -> tuple[Case, ...]:
     if tier not in tiers:
         raise CaseFileError(f"{dataset} has no tier {tier!r}; admissible: {', '.join(tiers)}")
     return tiers[tier]()
+
+
+def tiers_of(dataset: str) -> tuple[str, ...]:
+    """Return the names of the declared tiers of a dataset."""
+    return tuple(_TIERS[known_dataset(dataset)])
+
+
+def strata_of(dataset: str) -> tuple[tuple[str, int, str], ...]:
+    """Return the strata of the tier ``standard``: name, number of cases, rule."""
+    if dataset == "error_equations":
+        counts = Counter(stratum for _, stratum in error_equation_standard_cases())
+        return tuple((name, counts[name], rule) for name, rule in ERROR_EQUATION_STRATA.items())
+    return tuple((stratum.name, stratum.count, stratum.rule) for stratum in STRATA[dataset])
 
 
 def paper_cases(dataset: str) -> tuple[Case, ...]:

@@ -1,4 +1,4 @@
-"""The tables of each dataset as certified blocks: which formula of `sinsref` fills which table."""
+"""Which formula of `sinsref` fills which table, and in how many bits."""
 
 from __future__ import annotations
 
@@ -24,10 +24,38 @@ WORKING_BITS = 192
 TRANSITION_ELEMENTS = tuple((i + 1, j + 1) for i in range(6) for j in range(6) if (i in COUPLED) == (j in COUPLED))
 
 
+def increment_formula(case: DualPrecessionCase, interval: ExactNumber | None = None) -> RowFormula:
+    """Return the formula of angle increments, rad, and velocity increments, m/s, of the sample that ends at a time.
+
+    Parameters
+    ----------
+    case : DualPrecessionCase
+    interval : ExactNumber, optional
+        A sampling interval other than the case's, s.
+    """
+    step = interval or case.interval
+
+    def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
+        angle, velocity = increments(ar, case.motion, time, ar.number(step))
+        return [*angle, *velocity]
+
+    return formula
+
+
+def precession_formula(case: DualPrecessionCase) -> RowFormula:
+    """Return the formula of attitude and apparent velocity, inertial then body, m/s."""
+
+    def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
+        attitude, inertial, body = precession_solution(ar, case.motion, time)
+        return [*attitude, *inertial, *body]
+
+    return formula
+
+
 def increment_blocks(
     case: DualPrecessionCase, tally: RoundingTally, interval: ExactNumber | None = None
 ) -> Iterator[Block]:
-    """Yield angle increments, rad, and velocity increments, m/s, of the samples 1 ... n: six columns.
+    """Yield the increments of the samples 1 ... n: six columns.
 
     Parameters
     ----------
@@ -37,19 +65,14 @@ def increment_blocks(
         A sampling interval other than the case's, s; the duration must be a whole number of them.
     """
     step = interval or case.interval
-
-    def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
-        angle, velocity = increments(ar, case.motion, time, ar.number(step))
-        return [*angle, *velocity]
-
     count = whole_intervals(case.duration, step) or 0
-    return blocks(formula, step, 1, count, WORKING_BITS, tally)
+    return blocks(increment_formula(case, step), step, 1, count, WORKING_BITS, tally)
 
 
 def precession_blocks(
     case: DualPrecessionCase, tally: RoundingTally, interval: ExactNumber | None = None
 ) -> Iterator[Block]:
-    """Yield attitude and apparent velocity, inertial then body, m/s, at the epochs 0 ... n: ten columns.
+    """Yield attitude and apparent velocity at the epochs 0 ... n: ten columns.
 
     Parameters
     ----------
@@ -57,20 +80,15 @@ def precession_blocks(
         As for `increment_blocks`.
     """
     step = interval or case.interval
-
-    def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
-        attitude, inertial, body = precession_solution(ar, case.motion, time)
-        return [*attitude, *inertial, *body]
-
     count = (whole_intervals(case.duration, step) or 0) + 1
-    return blocks(formula, step, 0, count, WORKING_BITS, tally)
+    return blocks(precession_formula(case), step, 0, count, WORKING_BITS, tally)
 
 
-def _equator_blocks(case: EquatorCase, tally: RoundingTally, formula: RowFormula) -> Iterator[Block]:
+def equator_bits(case: EquatorCase) -> int:
+    """Return the working precision of the first attempt at a case."""
     with BallArithmetic(64) as balls:
         model = EquatorModel.at(balls, case.v_east, case.height)
-        bits = WORKING_BITS + guard_bits(balls, model, balls.number(case.duration))
-    return blocks(formula, case.interval, 0, case.samples + 1, bits, tally)
+        return WORKING_BITS + guard_bits(balls, model, balls.number(case.duration))
 
 
 def equator_state(case: EquatorCase) -> RowFormula:
@@ -89,17 +107,17 @@ def equator_state(case: EquatorCase) -> RowFormula:
 
 def equator_blocks(case: EquatorCase, tally: RoundingTally) -> Iterator[Block]:
     """Yield the six errors (m/s, m/s, m/s, m, rad, rad) at the epochs 0 ... n."""
-    return _equator_blocks(case, tally, equator_state(case))
+    return blocks(equator_state(case), case.interval, 0, case.samples + 1, equator_bits(case), tally)
 
 
-def transition_blocks(case: EquatorCase, tally: RoundingTally) -> Iterator[Block]:
-    """Yield the elements `TRANSITION_ELEMENTS` of P(t) at the epochs 0 ... n."""
+def transition_formula(case: EquatorCase) -> RowFormula:
+    """Return the formula of the elements `TRANSITION_ELEMENTS` of P(t)."""
 
     def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
         matrix = transition(ar, EquatorModel.at(ar, case.v_east, case.height), time)
         return [matrix[i - 1][j - 1] for i, j in TRANSITION_ELEMENTS]
 
-    return _equator_blocks(case, tally, formula)
+    return formula
 
 
 def equator_modes(case: EquatorCase, tally: RoundingTally) -> dict[str, tuple[float, float] | None]:

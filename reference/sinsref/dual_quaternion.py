@@ -11,7 +11,7 @@ from collections.abc import Callable
 from sinsref.arithmetic import Arithmetic, Number
 from sinsref.elementary import cosine_and_sinc
 from sinsref.quaternion import Quaternion, Vector, conjugate, dot, product
-from sinsref.series import SeriesArithmetic
+from sinsref.series import DualArithmetic, DualNumber
 
 
 def from_rotation_vector(ar: Arithmetic, phi: Vector) -> list[Number]:
@@ -46,7 +46,7 @@ def from_dual_rotation_vector(ar: Arithmetic, phi: Vector, phi_dual: Vector) -> 
 
 def transfer(
     ar: Arithmetic,
-    formula: Callable[[SeriesArithmetic, list[Number]], list[Number]],
+    formula: Callable[[DualArithmetic, list[Number]], list[Number]],
     principal: Vector,
     dual: Vector,
 ) -> tuple[list[Number], list[Number]]:
@@ -65,9 +65,8 @@ def transfer(
     principal, dual : list of Number
         Principal and dual parts of the values.
     """
-    duals = SeriesArithmetic(ar)
-    values = formula(duals, [duals.variable(x, y) for x, y in zip(principal, dual, strict=True)])
-    return [value[0] for value in values], [value[1] for value in values]
+    values = formula(DualArithmetic(ar), [DualNumber(x, y) for x, y in zip(principal, dual, strict=True)])
+    return [value.principal for value in values], [value.dual for value in values]
 
 
 def to_rotation_vector(ar: Arithmetic, unit: Quaternion) -> list[Number]:

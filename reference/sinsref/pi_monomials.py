@@ -16,35 +16,46 @@ from flint import arb, fmpq
 from sinsref.arithmetic import BallArithmetic, Number
 from sinsref.exact import Exact, ExactNumber
 
+_HALF = fmpq(1, 2)
+#: Angles of which sine and cosine are kept.
+_KEPT_ANGLES = 1024
+
 
 class PiMonomial:
     """The number ``coefficient * pi**power`` with a rational coefficient; zero has power 0."""
 
-    __slots__ = ("coefficient", "power")
+    __slots__ = ("_coefficient", "power")
 
     def __init__(self, coefficient: Fraction | int, power: int = 0) -> None:
-        self.coefficient = Fraction(coefficient)
-        self.power = power if self.coefficient else 0
+        self._coefficient = fmpq(coefficient.numerator, coefficient.denominator)
+        self.power = power if coefficient else 0
+
+    @property
+    def coefficient(self) -> Fraction:
+        """The rational factor."""
+        return Fraction(int(self._coefficient.p), int(self._coefficient.q))
 
     def ball(self) -> arb:
         """Return an enclosing ball at the present working precision."""
-        value = arb(fmpq(self.coefficient.numerator, self.coefficient.denominator))
+        value = arb(self._coefficient)
         return value if self.power == 0 else value * arb.pi() ** self.power
 
     def __neg__(self) -> PiMonomial:
-        return PiMonomial(-self.coefficient, self.power)
+        return _monomial(-self._coefficient, self.power)
 
     def __add__(self, other: Number) -> Number:
-        if not self.coefficient:
-            return _exact(other)
-        if isinstance(other, int | PiMonomial):
-            right = _monomial(other)
-            if not right.coefficient:
-                return self
-            if right.power == self.power:
-                return PiMonomial(self.coefficient + right.coefficient, self.power)
-            return self.ball() + right.ball()
-        return self.ball() + other if isinstance(other, arb) else NotImplemented
+        if isinstance(other, arb):
+            return self.ball() + other if self._coefficient else other
+        right = _as_monomial(other)
+        if right is None:
+            return NotImplemented
+        if not self._coefficient:
+            return right
+        if not right._coefficient:
+            return self
+        if right.power == self.power:
+            return _monomial(self._coefficient + right._coefficient, self.power)
+        return self.ball() + right.ball()
 
     __radd__ = __add__
 
@@ -55,29 +66,29 @@ class PiMonomial:
         return (-self) + other
 
     def __mul__(self, other: Number) -> Number:
-        if isinstance(other, int | PiMonomial):
-            right = _monomial(other)
-            return PiMonomial(self.coefficient * right.coefficient, self.power + right.power)
         if isinstance(other, arb):
             # Zero times a finite ball is zero, whatever the ball holds.
-            return self if not self.coefficient and other.is_finite() else self.ball() * other
-        return NotImplemented
+            return self.ball() * other if self._coefficient or not other.is_finite() else self
+        right = _as_monomial(other)
+        if right is None:
+            return NotImplemented
+        return _monomial(self._coefficient * right._coefficient, self.power + right.power)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Number) -> Number:
-        if isinstance(other, int | PiMonomial):
-            right = _monomial(other)
-            return PiMonomial(self.coefficient / right.coefficient, self.power - right.power)
         if isinstance(other, arb):
-            return self if not self.coefficient and not other.contains(0) else self.ball() / other
-        return NotImplemented
+            return self.ball() / other if self._coefficient or other.contains(0) else self
+        right = _as_monomial(other)
+        if right is None:
+            return NotImplemented
+        return _monomial(self._coefficient / right._coefficient, self.power - right.power)
 
     def __rtruediv__(self, other: Number) -> Number:
-        return _monomial(other) / self if isinstance(other, int) else other / self.ball()
+        return PiMonomial(other) / self if isinstance(other, int) else other / self.ball()
 
     def __abs__(self) -> PiMonomial:
-        return PiMonomial(abs(self.coefficient), self.power)
+        return _monomial(abs(self._coefficient), self.power)
 
     def __float__(self) -> float:
         return float(self.ball())
@@ -86,12 +97,18 @@ class PiMonomial:
         return f"PiMonomial({self.coefficient}, {self.power})"
 
 
-def _monomial(value: int | PiMonomial) -> PiMonomial:
-    return value if isinstance(value, PiMonomial) else PiMonomial(value)
+def _monomial(coefficient: fmpq, power: int) -> PiMonomial:
+    """Return a monomial whose coefficient is a fraction of python-flint already, ten times as fast as Python's."""
+    value = PiMonomial.__new__(PiMonomial)
+    value._coefficient = coefficient
+    value.power = power if coefficient else 0
+    return value
 
 
-def _exact(value: Number) -> Number:
-    return PiMonomial(value) if isinstance(value, int) else value
+def _as_monomial(value: Number) -> PiMonomial | None:
+    if isinstance(value, PiMonomial):
+        return value
+    return PiMonomial(value) if isinstance(value, int) else None
 
 
 class PiMonomialArithmetic(BallArithmetic):
@@ -100,18 +117,27 @@ class PiMonomialArithmetic(BallArithmetic):
     Slower than `BallArithmetic`, for the few values that plain balls cannot tell from zero.
     """
 
+    def __init__(self, bits: int = 256) -> None:
+        super().__init__(bits)
+        # Rows of a table share their parameters, and many of their angles.
+        self._numbers: dict[str, Number] = {}
+        self._angles: dict[tuple[int, int], tuple[Number, Number]] = {}
+
     @property
     def pi(self) -> Number:
         return PiMonomial(1, 1)
 
     def number(self, value: Exact) -> Number:
-        if isinstance(value, str):
-            value = ExactNumber(value)
-        return value.evaluate(self) if isinstance(value, ExactNumber) else PiMonomial(Fraction(value))
+        if not isinstance(value, str | ExactNumber):
+            return PiMonomial(value if isinstance(value, int) else Fraction(value))
+        text = value if isinstance(value, str) else value.text
+        if text not in self._numbers:
+            self._numbers[text] = ExactNumber(value).evaluate(self)
+        return self._numbers[text]
 
     def sqrt(self, x: Number) -> Number:
         if isinstance(x, PiMonomial):
-            numerator, denominator = x.coefficient.numerator, x.coefficient.denominator
+            numerator, denominator = int(x._coefficient.p), int(x._coefficient.q)
             if numerator >= 0 and x.power % 2 == 0:
                 roots = isqrt(numerator), isqrt(denominator)
                 if roots[0] ** 2 == numerator and roots[1] ** 2 == denominator:
@@ -125,9 +151,14 @@ class PiMonomialArithmetic(BallArithmetic):
         if _is_zero(x):
             return PiMonomial(0), PiMonomial(1)
         if isinstance(x, PiMonomial) and x.power == 1:
-            turns = x.coefficient
-            sine, cosine = arb.sin_cos_pi_fmpq(fmpq(turns.numerator, turns.denominator))
-            return _recognise(sine, turns - Fraction(1, 2)), _recognise(cosine, turns)
+            turns = x._coefficient
+            key = int(turns.p), int(turns.q)
+            if key not in self._angles:
+                if len(self._angles) >= _KEPT_ANGLES:
+                    self._angles.clear()
+                sine, cosine = arb.sin_cos_pi_fmpq(turns)
+                self._angles[key] = _recognise(sine, turns - _HALF), _recognise(cosine, turns)
+            return self._angles[key]
         sine, cosine = _ball(x).sin_cos()
         return sine, cosine
 
@@ -136,7 +167,7 @@ class PiMonomialArithmetic(BallArithmetic):
 
     def sign(self, x: Number) -> int:
         if isinstance(x, PiMonomial):
-            return (x.coefficient > 0) - (x.coefficient < 0)
+            return int(x._coefficient > 0) - int(x._coefficient < 0)
         return super().sign(x)
 
     def magnitude(self, x: Number) -> float:
@@ -151,11 +182,11 @@ def _ball(x: Number) -> arb:
 
 
 def _is_zero(x: Number) -> bool:
-    return isinstance(x, PiMonomial) and not x.coefficient
+    return isinstance(x, PiMonomial) and not x._coefficient
 
 
-def _recognise(cosine: arb, turns: Fraction) -> Number:
+def _recognise(cosine: arb, turns: fmpq) -> Number:
     """Return cos(pi * turns) as a fraction where it is one: by Niven's theorem only 0, 1/2 and 1 up to sign."""
-    if (2 * turns).denominator == 1 or (3 * turns).denominator == 1:
+    if turns.q in (1, 2, 3):
         return PiMonomial(Fraction(round(2 * float(cosine)), 2))
     return cosine

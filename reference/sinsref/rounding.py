@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 from flint import arb
@@ -24,7 +23,7 @@ from sinsref.pi_monomials import PiMonomial, PiMonomialArithmetic
 #: Where v - x is proved smaller than this, relative to v, x_lo is 0: the pair still holds v within 1e-48.
 NEGLIGIBLE = 2.0**-160
 #: Working precisions, in bits, tried in turn for a value that block evaluation left undecided.
-ESCALATION = (256, 512, 1024, 2048, 4096)
+ESCALATION = (256, 1024, 4096)
 #: A value that 4096 bits cannot tell from zero and that is proved below this is stored as 0 and counted.
 TINY = 1e-300
 #: The bits of the largest binary64.
@@ -155,7 +154,7 @@ def round_value(formula: Callable[[Arithmetic], Number], tally: RoundingTally | 
     UndecidedError
         If 4096 bits do not decide the value, nor prove it below 1e-300, nor at a tie.
     """
-    return _round_some(lambda arithmetic: [formula(arithmetic)], [0], tally or RoundingTally())[0]
+    return _escalated(lambda arithmetic, _: [formula(arithmetic)], {0: [0]}, tally or RoundingTally())[0, 0]
 
 
 def nearest_float(formula: Callable[[Arithmetic], Number]) -> float:
@@ -163,32 +162,53 @@ def nearest_float(formula: Callable[[Arithmetic], Number]) -> float:
     return round_value(formula)[0]
 
 
-def _round_some(
-    formula: Callable[[Arithmetic], Sequence[Number]], wanted: Sequence[int], tally: RoundingTally
-) -> dict[int, tuple[float, float]]:
-    """Return the pairs of some values of a vector formula, by place."""
-    pairs: dict[int, tuple[float, float]] = {}
-    values: Sequence[Number] = ()
+def _escalated(
+    formula: Callable[[Arithmetic, int], Sequence[Number]], wanted: Mapping[int, Sequence[int]], tally: RoundingTally
+) -> dict[tuple[int, int], tuple[float, float]]:
+    """Return the pairs of some values, by index and place, all rows in one precision before the next.
+
+    Parameters
+    ----------
+    formula : callable
+        ``formula(arithmetic, index)`` returns the values of a row.
+    wanted : mapping
+        The places that are wanted, by index.
+    tally : RoundingTally
+        Counts what happened.
+    """
+    pairs: dict[tuple[int, int], tuple[float, float]] = {}
+    waiting = dict(wanted)
     for bits in ESCALATION:
+        undecided: dict[int, Sequence[int]] = {}
+        # One arithmetic for all rows: it keeps what does not depend on time.
         with PiMonomialArithmetic(bits) as arithmetic:
-            values = formula(arithmetic)
-            for place in wanted:
-                if place not in pairs and (pair := _pair(values[place], tally)):
-                    pairs[place] = pair
-        if len(pairs) == len(wanted):
-            return pairs
-    for place in set(wanted) - set(pairs):
-        value = values[place]
-        ball = value.ball() if isinstance(value, PiMonomial) else value
-        if float(ball.abs_upper()) < TINY:
-            tally.bounded_zeros += 1
-            pairs[place] = 0.0, 0.0
-        elif (tie := _tie(ball)) is not None:
-            tally.bounded_ties += 1
-            pairs[place] = tie
-        else:
-            raise UndecidedError(f"{bits} bits do not decide the binary64 nearest to {ball.str(20)}")
+            for index, places in waiting.items():
+                values = formula(arithmetic, index)
+                for place in places:
+                    pair = _pair(values[place], tally)
+                    if pair is None and bits == ESCALATION[-1]:
+                        pair = _last_resort(values[place], tally)
+                    if pair is not None:
+                        pairs[index, place] = pair
+                if left := [place for place in places if (index, place) not in pairs]:
+                    undecided[index] = left
+        waiting = undecided
+        if not waiting:
+            break
     return pairs
+
+
+def _last_resort(value: Number, tally: RoundingTally) -> tuple[float, float]:
+    """Return the pair of a value that the highest precision does not decide: zero, or a tie."""
+    ball = value.ball() if isinstance(value, PiMonomial) else value
+    if float(ball.abs_upper()) < TINY:
+        tally.bounded_zeros += 1
+        return 0.0, 0.0
+    tie = _tie(ball)
+    if tie is None:
+        raise UndecidedError(f"{ESCALATION[-1]} bits do not decide the binary64 nearest to {ball.str(20)}")
+    tally.bounded_ties += 1
+    return tie
 
 
 def _tie(value: Number) -> tuple[float, float] | None:
@@ -221,9 +241,10 @@ def _pair(value: Number, tally: RoundingTally) -> tuple[float, float] | None:
     """Return the pair of a value, None where the ball does not decide it."""
     if isinstance(value, PiMonomial):
         if value.power == 0:
-            tally.exact_zeros += not value.coefficient
-            nearest = float(value.coefficient)  # rationals round exactly, ties included
-            return nearest, float(value.coefficient - Fraction(nearest))
+            exact = value.coefficient
+            tally.exact_zeros += not exact
+            nearest = float(exact)  # rationals round exactly, ties included
+            return nearest, float(exact - Fraction(nearest))
         value = value.ball()
     # As in `round_balls`, but compared as balls and each side by itself: this also decides subnormal numbers
     # and numbers just above a power of two.
@@ -298,14 +319,11 @@ def settle(
     """
     tally.values += high.size
     tally.raised += int((~decided).sum())
-    for row in np.flatnonzero(~decided.all(axis=1)).tolist():
-        places = np.flatnonzero(~decided[row]).tolist()
-        at_row = partial(_swapped, formula, indices[row])
-        for place, pair in _round_some(at_row, places, tally).items():
-            high[row, place], low[row, place] = pair
-
-
-def _swapped(
-    formula: Callable[[Arithmetic, int], Sequence[Number]], index: int, arithmetic: Arithmetic
-) -> Sequence[Number]:
-    return formula(arithmetic, index)
+    rows = {
+        indices[row]: (row, np.flatnonzero(~decided[row]).tolist())
+        for row in np.flatnonzero(~decided.all(axis=1)).tolist()
+    }
+    wanted = {index: places for index, (_, places) in rows.items()}
+    for (index, place), (head, rest) in _escalated(formula, wanted, tally).items():
+        row, _ = rows[index]
+        high[row, place], low[row, place] = head, rest

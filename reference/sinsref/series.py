@@ -1,14 +1,14 @@
-r"""Truncated power series over any arithmetic: Taylor expansions, dual numbers and derivatives in one class.
+r"""Truncated power series over any arithmetic, for Taylor expansions and derivatives, and dual numbers.
 
 A `Series` holds the coefficients of :math:`x_0 + x_1 s + x_2 s^2 + \dots` and computes them one by one when
-they are asked for, each from the coefficients of its operands up to the same power. Three uses:
+they are asked for, each from the coefficients of its operands up to the same power. Two uses:
 
-* `s` is time: a differential equation whose right-hand side is written in series yields the coefficients of
-  its
+* `s` is time: a differential equation whose right-hand side is written in series yields the coefficients of its
   solution one after the other (`sinsref.taylor`);
-* :math:`s^2 = 0`: the transfer principle of Kotelnikov and Study turns a formula for rotation into the formula for
-  the screw motion; the coefficient of `s` is the dual part (`sinsref.precession`);
 * `s` is a perturbation: the coefficient of `s` is a derivative (`sinsref.error_equations`).
+
+A `DualNumber` has :math:`s^2 = 0`: the transfer principle of Kotelnikov and Study turns a formula for rotation into the
+formula for the screw motion, and the coefficient of `s` is the dual part (`sinsref.precession`).
 """
 
 from __future__ import annotations
@@ -170,6 +170,118 @@ class SeriesArithmetic:
         # The bound holds for the value alone. Tables of truth take derivatives and dual parts only through
         # functions that are not cut off, so nothing that is certified rests on a coefficient left as it is.
         return Series(lambda k: x[k], (self.base.widen(x[0], bound[0] if isinstance(bound, Series) else bound),))
+
+
+class DualNumber:
+    """The number ``principal + s * dual`` with s^2 = 0.
+
+    Parameters
+    ----------
+    principal, dual : Number
+        Numbers of one arithmetic.
+    """
+
+    __slots__ = ("dual", "principal")
+
+    def __init__(self, principal: Number, dual: Number) -> None:
+        self.principal = principal
+        self.dual = dual
+
+    def __neg__(self) -> DualNumber:
+        return DualNumber(-self.principal, -self.dual)
+
+    def __add__(self, other: Number) -> DualNumber:
+        if isinstance(other, DualNumber):
+            return DualNumber(self.principal + other.principal, self.dual + other.dual)
+        return DualNumber(self.principal + other, self.dual)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Number) -> DualNumber:
+        if isinstance(other, DualNumber):
+            return DualNumber(self.principal - other.principal, self.dual - other.dual)
+        return DualNumber(self.principal - other, self.dual)
+
+    def __rsub__(self, other: Number) -> DualNumber:
+        return DualNumber(other - self.principal, -self.dual)
+
+    def __mul__(self, other: Number) -> DualNumber:
+        if isinstance(other, DualNumber):
+            return DualNumber(
+                self.principal * other.principal, self.principal * other.dual + self.dual * other.principal
+            )
+        return DualNumber(self.principal * other, self.dual * other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Number) -> DualNumber:
+        if not isinstance(other, DualNumber):
+            return DualNumber(self.principal / other, self.dual / other)
+        quotient = self.principal / other.principal
+        return DualNumber(quotient, (self.dual - quotient * other.dual) / other.principal)
+
+    def __rtruediv__(self, other: Number) -> DualNumber:
+        quotient = other / self.principal
+        return DualNumber(quotient, -(quotient * self.dual) / self.principal)
+
+
+class DualArithmetic:
+    """Arithmetic of dual numbers over a base arithmetic.
+
+    A `Series` cut off after its second coefficient gives the same numbers; pairs that are computed at
+    once cost a third.
+
+    Parameters
+    ----------
+    base : Arithmetic
+        The arithmetic of both parts.
+    """
+
+    def __init__(self, base: Arithmetic) -> None:
+        self.base = base
+        self._zero = base.number(0)
+
+    def constant(self, value: Number) -> DualNumber:
+        """Return a number of the base arithmetic as a dual number."""
+        return DualNumber(value, self._zero)
+
+    @property
+    def pi(self) -> Number:
+        return self.constant(self.base.pi)
+
+    @property
+    def resolution(self) -> float:
+        return self.base.resolution
+
+    def number(self, value: Exact) -> Number:
+        return self.constant(self.base.number(value))
+
+    def sqrt(self, x: Number) -> Number:
+        root = self.base.sqrt(x.principal)
+        return DualNumber(root, x.dual / (root * 2))
+
+    def exp(self, x: Number) -> Number:
+        value = self.base.exp(x.principal)
+        return DualNumber(value, x.dual * value)
+
+    def sin_cos(self, x: Number) -> tuple[Number, Number]:
+        sine, cosine = self.base.sin_cos(x.principal)
+        return DualNumber(sine, x.dual * cosine), DualNumber(cosine, -(x.dual * sine))
+
+    def sinh_cosh(self, x: Number) -> tuple[Number, Number]:
+        sine, cosine = self.base.sinh_cosh(x.principal)
+        return DualNumber(sine, x.dual * cosine), DualNumber(cosine, x.dual * sine)
+
+    def sign(self, x: Number) -> int:
+        return self.base.sign(x.principal)
+
+    def magnitude(self, x: Number) -> float:
+        return self.base.magnitude(x.principal)
+
+    def widen(self, x: Number, bound: Number) -> Number:
+        # The bound holds for the principal part alone. Tables of truth take dual parts only through functions that
+        # are not cut off, so nothing that is certified rests on a dual part left as it is.
+        return DualNumber(self.base.widen(x.principal, bound.principal), x.dual)
 
 
 def _chain(x: Series, outer: Series, k: int) -> Number:

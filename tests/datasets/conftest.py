@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import subprocess
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
 
+import rehearsals
 from sinsdata.cases import CASE_CLASSES, Case
 from sinsdata.generate import Generated, generate
 from sinsdata.tiers import paper_cases
@@ -76,9 +76,24 @@ def paper_dataset(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempP
 
 
 @pytest.fixture
-def start_python() -> StartPython:
-    def start(script: str, *arguments: object, before: tuple[str, ...] = ()) -> subprocess.Popen[str]:
-        command = [*before, sys.executable, "-W", "error", "-c", script, *map(str, arguments)]
-        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def start_python() -> Iterator[StartPython]:
+    """Processes that a test leaves behind, because it fails, are ended with what they started."""
+    started: list[subprocess.Popen[str]] = []
 
-    return start
+    def begin(script: str, *arguments: object, **options: Any) -> subprocess.Popen[str]:
+        started.append(rehearsals.start(script, *arguments, **options))
+        return started[-1]
+
+    yield begin
+    for process in started:
+        if process.poll() is None:
+            for child in rehearsals.offspring(process):
+                child.kill()
+            process.kill()
+        process.communicate()
+
+
+@pytest.fixture(scope="session")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Generated:
+    """What runs that are disturbed must come to."""
+    return rehearsals.make(tmp_path_factory.mktemp("undisturbed"))

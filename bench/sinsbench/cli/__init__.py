@@ -38,8 +38,8 @@ def run(arguments: list[str]) -> int:
     except OSError as error:
         # Typer turns a closed pipe into an exit of its own; what remains has a file and a reason.
         return _refuse(f"sinsbench: {error.filename or 'file'}: {error.strerror or error}")
-    except ValueError as error:
-        # An error that input can cause is a ValueError of ours; anything else is a defect and keeps its traceback.
+    except (ValueError, RuntimeError) as error:
+        # An error that input or machine can cause is one of ours; anything else is a defect and keeps its traceback.
         if type(error).__module__.partition(".")[0] not in ("sinsref", "sinsdata", "sinsbench"):
             raise
         return _refuse(f"sinsbench: {error}")
@@ -67,7 +67,10 @@ def _run(arguments: list[str]) -> int:
 
 
 def _interrupted() -> int:
-    print("sinsbench: interrupted; nothing half-written is left", file=sys.stderr)
+    print(
+        "sinsbench: interrupted; no file is half-written, and `generate` goes on where it stopped",
+        file=sys.stderr,
+    )
     return _INTERRUPTED
 
 

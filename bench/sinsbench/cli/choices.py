@@ -1,4 +1,4 @@
-"""Which cases a score is taken on."""
+"""Which cases are made, and on which a score is taken."""
 
 from __future__ import annotations
 
@@ -9,8 +9,41 @@ from sinsbench.cli.errors import UsageError
 from sinsbench.subjects.loading import resolve
 from sinsbench.subjects.registry import BUILT_IN
 from sinsdata.cases import CASE_CLASSES, Case
-from sinsdata.tiers import paper_cases
-from sinsdata.verify import find_datasets, load_cases
+from sinsdata.stored_cases import find_datasets, load_cases
+from sinsdata.tiers import cases_from_toml, cases_of, paper_cases
+
+
+def cases_to_generate(dataset: str, tier: str | None, file: Path | None) -> tuple[str, Sequence[Case]]:
+    """Return the tier that is made, and its cases: those of a declared tier, or a file's, which are the tier ``sweep``.
+
+    Raises
+    ------
+    UsageError
+        If both a tier and a file are given.
+    sinsdata.tiers.CaseFileError
+        For an unknown dataset or tier, and for a file that cannot be used.
+    """
+    if file is None:
+        return tier or "paper", cases_of(dataset, tier or "paper")
+    if tier not in (None, "sweep"):
+        raise UsageError("--cases and --tier exclude one another: your own cases are the tier sweep")
+    return "sweep", cases_from_toml(dataset, file)
+
+
+def part_of(text: str | None) -> tuple[int, int] | None:
+    """Return which part of how many is meant by ``I/N``.
+
+    Raises
+    ------
+    UsageError
+        If it is no such thing.
+    """
+    if text is None:
+        return None
+    first, slash, second = text.partition("/")
+    if not (slash and first.isdecimal() and second.isdecimal() and 1 <= int(first) <= int(second)):
+        raise UsageError(f"--shard {text}: must be I/N with whole numbers, 1 <= I <= N, such as 3/16")
+    return int(first), int(second)
 
 
 def datasets_to_score(subjects: Sequence[str] | None, cases: Sequence[str] | None) -> list[str]:
@@ -23,11 +56,10 @@ def datasets_to_score(subjects: Sequence[str] | None, cases: Sequence[str] | Non
     sinsbench.subjects.loading.SubjectError
         If a name is neither a built-in subject nor a place in a file or module.
     """
+    scored = list(dict.fromkeys(str(subject.dataset) for subject in BUILT_IN.values()))
     if not subjects:
-        holding = [
-            dataset for dataset in CASE_CLASSES if {case.name for case in paper_cases(dataset)} & set(cases or ())
-        ]
-        return holding or list(CASE_CLASSES)
+        holding = [dataset for dataset in scored if {case.name for case in paper_cases(dataset)} & set(cases or ())]
+        return holding or scored
     for name in subjects:
         if name not in BUILT_IN:
             if ":" not in name:
@@ -48,7 +80,7 @@ def cases_to_score(dataset: str, names: Sequence[str] | None) -> tuple[str, tupl
     ------
     UsageError
         For an unknown dataset or case, or a folder with several datasets.
-    sinsdata.verify.DatasetError
+    sinsdata.manifest.DatasetError
         For a folder that is not a dataset of this version.
     """
     if dataset in CASE_CLASSES:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sinsbench.cli import publishing
 from sinsbench.cli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -42,10 +43,10 @@ def _common(
 
 @app.command("list")
 def list_(
-    what: Annotated[str, typer.Argument(help="datasets, cases, subjects, papers, or all.")] = "all",
+    what: Annotated[str, typer.Argument(help="datasets, cases, strata, subjects, papers, or all.")] = "all",
     json: JsonFile = None,
 ) -> None:
-    """List datasets, cases, subjects and papers."""
+    """List datasets, cases, strata, subjects and papers."""
     from sinsbench.cli.inventory import INVENTORIES
     from sinsbench.cli.output import Output
 
@@ -62,67 +63,100 @@ def list_(
 
 @app.command()
 def generate(
-    dataset: Annotated[str, typer.Argument(help="equator_errors or dual_precession.")],
-    tier: Annotated[str, typer.Option(help="Cases to generate: paper.")] = "paper",
+    dataset: Annotated[str, typer.Argument(help="A dataset, as `sinsbench list datasets` names them.")],
+    tier: Annotated[str | None, typer.Option(help="Cases to generate: paper (the default), standard or short.")] = None,
     cases: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Your own cases (TOML) in place of a tier.")
+        Path | None, typer.Option(metavar="FILE", help="Your own cases or a grid of them (TOML) in place of a tier.")
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to write DATASET/TIER to.")] = Path("sinsbench-data"),
+    out: Annotated[
+        str, typer.Option(metavar="DIR", help="Folder, or URI such as s3://bucket/data, to write DATASET/TIER to.")
+    ] = "sinsbench-data",
+    tables: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="Only these tables, with commas between them.")
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Only the I-th of N parts: for array jobs, all with the same DIR.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Compute on a Dask cluster, such as tcp://127.0.0.1:8786.")
+    ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Generate a certified dataset: Parquet tables and a manifest with hashes."""
-    from sinsbench.cli.output import Output, certified
-    from sinsdata.generate import generate as generate_dataset
-    from sinsdata.tiers import cases_from_toml, known_dataset, paper_cases
+    """Generate a certified dataset: Parquet tables, digits as text, and a manifest with hashes.
 
-    known_dataset(dataset)
-    if cases is not None and tier not in ("paper", "sweep"):
-        raise UsageError("--cases and --tier exclude one another: your own cases are the tier sweep")
-    if cases is None and tier != "paper":
-        raise UsageError(f"unknown tier {tier!r}; admissible: paper, or your own cases with --cases FILE")
+    A run that was interrupted goes on where it stopped when the same command is given again.
+    """
+    from sinsbench.cli.choices import cases_to_generate, part_of
+    from sinsbench.cli.generation import show_generated
+    from sinsbench.cli.output import Output
+    from sinsdata.generate import generate as generate_dataset
+
+    name, chosen = cases_to_generate(dataset, tier, cases)
+    part = part_of(shard)
     output = Output()
     output.check(json)
-    chosen = paper_cases(dataset) if cases is None else cases_from_toml(dataset, cases)
-    with output.progress(f"generating {dataset}") as progress:
-        made = generate_dataset(dataset, "paper" if cases is None else "sweep", chosen, out, progress)
-    rows = [{"table": name, **entry} for name, entry in made.manifest["tables"].items()]
-    output.json(json, rows)
-    output.table(rows, title=f"{made.folder}", columns=("table", "rows", "file", "content_sha256"))
-    output.line(certified(made.manifest["certification"]))
+    with output.progress(f"generating {dataset}", unit="rows") as progress:
+        made = generate_dataset(
+            dataset,
+            name,
+            chosen,
+            out,
+            progress,
+            tables=None if tables is None else [table.strip() for table in tables.split(",")],
+            workers=workers,
+            part=part,
+            scheduler=scheduler,
+        )
+    show_generated(made, output, json)
 
 
 @app.command()
 def verify(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A dataset, or a folder of datasets.")],
-    rows: Annotated[int, typer.Option(min=0, help="Rows of each case to compute again by mpmath.")] = 3,
+    recompute: Annotated[
+        str, typer.Option(metavar="N|all", help="Rows of each case and table to compute again by mpmath.")
+    ] = "3",
+    integrate: Annotated[
+        bool, typer.Option("--integrate", help="Integrate the differential equations too, and compare every row.")
+    ] = False,
     json: JsonFile = None,
 ) -> None:
-    """Check hashes, schema and rows of a dataset, and compute some of its values again."""
+    """Check bytes, schema, rows and relations of a dataset, and compute some of its values again."""
     from dataclasses import asdict
 
     from sinsbench.cli.output import Output
-    from sinsdata.verify import find_datasets
+    from sinsdata.stored_cases import find_datasets
     from sinsdata.verify import verify as verify_dataset
 
+    if recompute != "all" and not (recompute.isascii() and recompute.isdigit()):
+        raise UsageError(f"--recompute {recompute!r}: must be a number of rows, or all")
+    wanted = None if recompute == "all" else int(recompute)
     output = Output()
     output.check(json)
-    checks = []
+    checks: list[dict[str, Any]] = []
+    summary = []
     with output.progress("verifying") as progress:
-        folders = find_datasets(folder)
-        for number, found in enumerate(folders):
-            progress(number, len(folders), str(found))
-            checks += [asdict(check) for check in verify_dataset(found, rows)]
-    for check in checks:
-        check["detail"] = "" if check["holds"] else check["detail"]
+        for found in find_datasets(folder):
+            own = [asdict(check) for check in verify_dataset(found, wanted, progress)]
+            if integrate and all(check["holds"] for check in own):
+                from sinsdata.integrate import integrate as integrate_dataset
+
+                own += [asdict(check) for check in integrate_dataset(found, progress=progress)]
+            bad = sum(not check["holds"] for check in own)
+            summary.append(f"{found}: {len(own) - bad} checks hold, {bad} do not")
+            checks += own
     failed = [check for check in checks if not check["holds"]]
     output.json(json, checks)
-    if failed:
-        output.table(failed, title="does not hold", columns=("where", "what", "detail"))
-    for found in folders:
-        own = [check for check in checks if check["where"].startswith(f"{found}:")]
-        bad = sum(not check["holds"] for check in own)
-        output.line(f"{found}: {len(own) - bad} checks hold, {bad} do not")
+    output.table(failed, title="does not hold", columns=("where", "what", "detail"))
+    for line in summary:
+        output.line(line)
     raise typer.Exit(1 if failed else 0)
+
+
+app.command()(publishing.publish)
+app.command()(publishing.fetch)
+app.command()(publishing.export)
 
 
 @app.command()
@@ -133,6 +167,9 @@ def score(
     ] = None,
     on: Annotated[str | None, typer.Option(metavar="DATASET", help="Name or folder of a dataset.")] = None,
     case: Annotated[list[str] | None, typer.Option(metavar="CASE", help="Only this case; may be repeated.")] = None,
+    takes: Annotated[
+        str | None, typer.Option(metavar="CONVENTION", help="Input convention of integrators that declare none.")
+    ] = None,
     ladder: Annotated[bool, typer.Option("--ladder", help="Show every sampling interval, not only the own.")] = False,
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw errors over the intervals too: .svg or .png.")
@@ -160,7 +197,7 @@ def score(
     check_figure(figure, [name for name, _ in chosen])
     for name, cases in chosen:
         scored += cases
-        loaded = loaded_subjects(subjects or None, name)
+        loaded = loaded_subjects(subjects or None, name, takes)
         with output.progress(f"scoring on {name}") as progress:
             rows += score_subjects(loaded, cases, progress)
     output.json(json, rows)

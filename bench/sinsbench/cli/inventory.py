@@ -1,4 +1,4 @@
-"""What there is: datasets, cases, subjects, papers."""
+"""What there is: datasets, cases, strata, subjects, papers."""
 
 from __future__ import annotations
 
@@ -8,18 +8,28 @@ from typing import Any
 
 def _datasets() -> list[dict[str, Any]]:
     from sinsdata.schema import DATASETS
-    from sinsdata.tiers import paper_cases
+    from sinsdata.tiers import cases_of, tiers_of
 
     return [
         {
             "dataset": name,
             "version": about.version,
-            "tiers": "paper, sweep (your own cases)",
+            "tiers (cases)": ", ".join(f"{tier} ({len(cases_of(name, tier))})" for tier in tiers_of(name)),
             "tables": ", ".join(about.tables),
-            "paper cases": len(paper_cases(name)),
             "title": about.title,
         }
         for name, about in DATASETS.items()
+    ]
+
+
+def _strata() -> list[dict[str, Any]]:
+    from sinsdata.schema import DATASETS
+    from sinsdata.tiers import strata_of
+
+    return [
+        {"dataset": dataset, "stratum": name, "cases": cases, "rule": rule}
+        for dataset in DATASETS
+        for name, cases, rule in strata_of(dataset)
     ]
 
 
@@ -66,6 +76,7 @@ def _papers() -> list[dict[str, Any]]:
 INVENTORIES: Mapping[str, Callable[[], list[dict[str, Any]]]] = {
     "datasets": _datasets,
     "cases": _cases,
+    "strata": _strata,
     "subjects": _subjects,
     "papers": _papers,
 }

@@ -99,25 +99,36 @@ class Output:
                 raise OutputError(f"{path}: there is no folder {path.parent}")
 
     @contextmanager
-    def progress(self, title: str) -> Iterator[Progress]:
-        """Show a progress bar on standard error while a person watches, nothing otherwise."""
+    def progress(self, title: str, unit: str = "") -> Iterator[Progress]:
+        """Show a progress bar on standard error while a person watches, nothing otherwise.
+
+        Parameters
+        ----------
+        title : str
+        unit : str, optional
+            What is counted: its rate is shown too.
+        """
         if not sys.stderr.isatty():
             yield lambda done, total, what: None
             return
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.fields[what]}"),
             TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
         )
         with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
             task = bar.add_task(title, total=None, what="")
 
             def update(done: int, total: int, what: str) -> None:
-                bar.update(task, completed=done, total=total, what=what)
+                speed = bar.tasks[0].speed
+                counted = f"{done:,} of {total:,} {unit}" + (f", {speed:,.0f} a second" if speed else "")
+                bar.update(task, completed=done, total=total or None, what=counted if unit and total else what)
 
             yield update
 

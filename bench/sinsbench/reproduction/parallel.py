@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
+
+from sinsdata.workers import follow_parent
 
 #: More processes would each load the compiler and the truth anew: memory for little time.
 _MOST_PROCESSES = 2
@@ -54,7 +55,7 @@ def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None]) ->
         return results
     # Started afresh and not forked: forked copies of threads and locks of numerical libraries may hang.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context, initializer=_leave_interrupts_to_the_parent) as pool:
+    with ProcessPoolExecutor(processes, mp_context=context, initializer=follow_parent) as pool:
         futures = [pool.submit(part.function, *part.arguments) for part in parts]
         try:
             _wait(futures, parts, report)
@@ -75,7 +76,3 @@ def _wait(futures: list[Future[Any]], parts: Sequence[Part], report: Callable[[i
         for future in finished:
             future.result()
             del open_parts[future]
-
-
-def _leave_interrupts_to_the_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
