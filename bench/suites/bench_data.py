@@ -9,10 +9,10 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from sinsdata.generate import Generated, generate
-from sinsdata.schema import DATASETS
+from sinsdata.format.schema import DATASETS
+from sinsdata.generation.generate import Generated, generate
 from sinsdata.tiers import paper_cases
-from sinsdata.verify import verify
+from sinsdata.verification.verify import verify
 
 
 def _rows(made: Generated) -> int:

@@ -19,9 +19,9 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
-from sinsdata.destination import destination
-from sinsdata.shards import complete
-from sinsdata.specification import Specification
+from sinsdata.generation.destination import destination
+from sinsdata.generation.shards import complete
+from sinsdata.generation.specification import Specification
 from sinsref.arithmetic import BallArithmetic
 from sinsref.equator import EquatorModel
 from sinsref.exact import ExactNumber
@@ -140,7 +140,7 @@ CASES: dict[str, tuple[Callable[[int], Case], Callable[[Any], PlainRow], int]] =
 
 
 def write_files(dataset: str, case: Case, folder: Path) -> list[Path]:
-    """Write the files of the table ``truth`` as `sinsdata.generate.generate` does, with all hashes."""
+    """Write the files of the table ``truth`` as `sinsdata.generation.generate.generate` does, with all hashes."""
     specification = Specification(dataset, "bench", [case], ("truth",))
     place = destination(folder, dataset, "bench", specification.key)
     place.begin()

@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sinsdata.loading import Dataset
+    from sinsdata.publishing.loading import Dataset
 
 
 def load(dataset: str, tier: str = "paper", **options: Any) -> Dataset:
-    """Return a published dataset (`sinsdata.loading.load`).
+    """Return a published dataset (`sinsdata.publishing.loading.load`).
 
     Parameters
     ----------
@@ -21,13 +21,13 @@ def load(dataset: str, tier: str = "paper", **options: Any) -> Dataset:
     tier : str, default "paper"
         ``short`` is in the package; others come from the cache, a mirror or a bundle.
     **options
-        As for `sinsdata.loading.load`.
+        As for `sinsdata.publishing.loading.load`.
 
     Returns
     -------
-    sinsdata.loading.Dataset
+    sinsdata.publishing.loading.Dataset
     """
     # Here, so that importing the package stays cheap for who only wants a part of it.
-    from sinsdata.loading import load as load_dataset
+    from sinsdata.publishing.loading import load as load_dataset
 
     return load_dataset(dataset, tier, **options)

@@ -14,7 +14,7 @@ from typing import Any
 
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
 from sinsdata.certified import RowFormula
-from sinsdata.truth import equator_state, precession_formula
+from sinsdata.truth.formulas import equator_state, precession_formula
 from sinsref.arithmetic import Arithmetic, MpArithmetic, Number
 from sinsref.equator import EquatorModel, guard_bits
 from sinsref.equator_forced import Misalignment

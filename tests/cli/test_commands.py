@@ -280,6 +280,8 @@ def test_an_interrupt_says_so_and_leaves_nothing_half_written(tmp_path: Path) ->
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert err.decode().splitlines() == ["sinsbench: interrupted; no file is half-written, and `generate` goes on where it stopped"]
+    assert err.decode().splitlines() == [
+        "sinsbench: interrupted; no file is half-written, and `generate` goes on where it stopped"
+    ]
     assert out == b""
     assert not [path for path in (tmp_path / "o").rglob("*") if path.name.startswith(".")]

@@ -11,7 +11,7 @@ import pytest
 
 import rehearsals
 from sinsdata.cases import CASE_CLASSES, Case
-from sinsdata.generate import Generated, generate
+from sinsdata.generation.generate import Generated, generate
 from sinsdata.tiers import paper_cases
 
 #: Admissible cases, as the keys of a case file.

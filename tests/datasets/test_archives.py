@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sinsdata.archives import ArchiveError, check_file, listed_files, pack, unpack
-from sinsdata.names import UnsafeNameError, safe_name, safe_names
+from sinsdata.format.names import UnsafeNameError, safe_name, safe_names
+from sinsdata.publishing.archives import ArchiveError, check_file, listed_files, pack, unpack
 
 PREFIX = "dual_precession/paper"
 DATA = b"a table"

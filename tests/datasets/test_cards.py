@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sinsdata.schema import DATASETS
+from sinsdata.format.schema import DATASETS
 
 CARDS = Path(__file__).resolve().parents[2] / "datasets" / "cards"
 

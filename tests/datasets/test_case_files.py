@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sinsdata.cases import DualPrecessionCase, EquatorCase
-from sinsdata.generate import generate
+from sinsdata.generation.generate import generate
 from sinsdata.tiers import CaseFileError, cases_from_toml
-from sinsdata.verify import verify
+from sinsdata.verification.verify import verify
 
 TRANSPORT = """
 [[case]]

@@ -16,7 +16,7 @@ import sinsdata.certified
 import sinsref.exponential_sums
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
 from sinsdata.certified import Block, blocks
-from sinsdata.truth import (
+from sinsdata.truth.formulas import (
     TRANSITION_ELEMENTS,
     WORKING_BITS,
     equator_bits,

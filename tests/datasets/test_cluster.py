@@ -15,7 +15,7 @@ import pytest
 
 from rehearsals import PATIENCE, beside, eventually, make, snapshot, sound
 from sinsbench.cli import run
-from sinsdata.workers import WorkerError
+from sinsdata.generation.workers import WorkerError
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sinsdata.content_hash import PAGE_ROWS, ContentHash, combined
+from sinsdata.format.content_hash import PAGE_ROWS, ContentHash, combined
 
 SCHEMA = pa.schema(
     [

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from sinsdata.cases import DualPrecessionCase
-from sinsdata.conventions import CONVENTIONS, QUANTA, TABLES, known_convention
-from sinsdata.irregular import PERIOD, arrived, arrived_count, shifts
-from sinsdata.sampling import sample
+from sinsdata.truth.conventions import CONVENTIONS, QUANTA, TABLES, known_convention
+from sinsdata.truth.irregular import PERIOD, arrived, arrived_count, shifts
+from sinsdata.truth.sampling import sample
 from sinsref.arithmetic import MpArithmetic
 from sinsref.exact import ExactNumber
 from sinsref.rounding import RoundingTally

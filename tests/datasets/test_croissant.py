@@ -12,9 +12,9 @@ import mlcroissant
 import pyarrow.parquet as pq
 import pytest
 
-from sinsdata.croissant import CONFORMS_TO, croissant, croissant_text
-from sinsdata.generate import Generated
-from sinsdata.storage import file_hash
+from sinsdata.format.croissant import CONFORMS_TO, croissant, croissant_text
+from sinsdata.format.storage import file_hash
+from sinsdata.generation.generate import Generated
 
 #: As in conftest.py.
 MakeDataset: TypeAlias = Callable[[str, Path], Generated]

@@ -12,7 +12,7 @@ from sinsbench.subjects.equator_formulas import transition_matrix
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
 from sinsdata.difficulty import difficulty as computed_difficulty
 from sinsdata.tiers import standard_cases, stratum_of
-from sinsdata.truth import equator_state
+from sinsdata.truth.formulas import equator_state
 from sinsref.arithmetic import MpArithmetic
 
 #: Each case once, however many tests ask for it.

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinsdata import error_equation_truth
 from sinsdata.cases import CaseError, ErrorEquationCase
 from sinsdata.certified import Block
-from sinsdata.error_equation_cases import (
+from sinsdata.tiers.error_equations import (
     ERROR_EQUATION_STRATA,
     error_equation_paper_cases,
     error_equation_standard_cases,
 )
-from sinsdata.error_equation_truth import error_equation_blocks, recomputed
+from sinsdata.truth.error_equations import error_equation_blocks, recomputed
+from sinsdata.truth.formulas import error_equations as error_equation_truth
 from sinsref.rounding import RoundingTally, UndecidedError
 
 GIVEN: dict[str, Any] = {

@@ -74,7 +74,7 @@ def stopped(out: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         raise _StoppedError
 
     with monkeypatch.context() as patched:
-        patched.setattr("sinsdata.destination.LocalFolder.finish", stop)
+        patched.setattr("sinsdata.generation.destination.LocalFolder.finish", stop)
         with pytest.raises(_StoppedError):
             make(out)
     assert half_written(out) == []

@@ -30,15 +30,15 @@ from rehearsals import (
     target_of,
     wait_for_rows,
 )
-from sinsdata.manifest import DatasetError
-from sinsdata.stored_cases import find_datasets
-from sinsdata.workers import WorkerError
+from sinsdata.format.manifest import DatasetError
+from sinsdata.generation.workers import WorkerError
+from sinsdata.verification.stored_cases import find_datasets
 
 # The child kills itself, as `kill -9` does, at an instant named by its argument.
 SELF_KILL = """
 import sys
 from pathlib import Path
-from sinsdata.destination import LocalFolder
+from sinsdata.generation.destination import LocalFolder
 from rehearsals import die, make
 
 out, instant, duration = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from rehearsals import SHARDS, beside, ended, half_written, make, place_of, snapshot, sound, target_of
-from sinsdata.manifest import DatasetError, all_files, read_manifest
-from sinsdata.storage import file_hash
+from sinsdata.format.manifest import DatasetError, all_files, read_manifest
+from sinsdata.format.storage import file_hash
 
 RUN = """
 import sys

@@ -18,13 +18,13 @@ import pytest
 
 from mirrors import Mirror, dead_mirror, serving
 from sinsbench.cli.publishing import fetch as fetch_command
-from sinsdata import fetch as fetching
-from sinsdata.archives import unpack
 from sinsdata.cases import EquatorCase
-from sinsdata.fetch import FetchError, UnavailableError, fetch, generate_instead, is_sound
-from sinsdata.generate import Generated, generate
-from sinsdata.publish import publish
-from sinsdata.registry import Entry, RegistryError, read_registry
+from sinsdata.generation.generate import Generated, generate
+from sinsdata.publishing import fetch as fetching
+from sinsdata.publishing.archives import unpack
+from sinsdata.publishing.fetch import FetchError, UnavailableError, fetch, generate_instead, is_sound
+from sinsdata.publishing.publish import publish
+from sinsdata.publishing.registry import Entry, RegistryError, read_registry
 
 #: As in conftest.py.
 MakeDataset: TypeAlias = Callable[[str, Path], Generated]
@@ -197,7 +197,7 @@ def test_without_a_place_to_get_it_from_it_says_so(bundle: Path, tmp_path: Path)
 SCRIPT = """
 import sys
 from pathlib import Path
-from sinsdata.fetch import fetch
+from sinsdata.publishing.fetch import fetch
 print(fetch(sys.argv[1], sys.argv[2], mirrors=[sys.argv[3]], registry=Path(sys.argv[4])).origin)
 """
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from sinsdata.cases import EquatorCase
-from sinsdata.frames import read_frame
-from sinsdata.generate import generate
-from sinsdata.manifest import DatasetError
+from sinsdata.format.manifest import DatasetError
+from sinsdata.generation.generate import generate
+from sinsdata.publishing.frames import read_frame
 
 CASE = {
     "v_east": 600, "height": 10000, "duration": 600, "interval": 60,

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sinsdata.cases import DualPrecessionCase, EquatorCase
-from sinsdata.grid import CaseFileError, GridCases, LinearAxis, LogarithmicAxis
 from sinsdata.tiers import cases_from_toml
+from sinsdata.tiers.grid import CaseFileError, GridCases, LinearAxis, LogarithmicAxis
 from sinsref.arithmetic import MpArithmetic
 from sinsref.exact import ExactNumber
 

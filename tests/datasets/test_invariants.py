@@ -13,13 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sinsdata.cases import CASE_CLASSES, Case
-from sinsdata.conventions import QUANTA, TABLES
-from sinsdata.double_double import DoubleDouble, nearest
-from sinsdata.invariants import CASE_INVARIANTS, INVARIANTS
-from sinsdata.residuals import Invariant
-from sinsdata.schema import DATASETS
-from sinsdata.stored_rows import Stretch, TableLayout, Window, stretches
-from sinsdata.tables import GROUPS, Segment, TableGroup, series_batches
+from sinsdata.format.schema import DATASETS
+from sinsdata.generation.tables import GROUPS, Segment, TableGroup, series_batches
+from sinsdata.truth.conventions import QUANTA, TABLES
+from sinsdata.verification.double_double import DoubleDouble, nearest
+from sinsdata.verification.invariants import CASE_INVARIANTS, INVARIANTS
+from sinsdata.verification.residuals import Invariant
+from sinsdata.verification.stored_rows import Stretch, TableLayout, Window, stretches
 from sinsref.arithmetic import MpArithmetic
 from sinsref.rounding import RoundingTally
 

@@ -15,14 +15,14 @@ import pyarrow.parquet as pq
 import pytest
 
 import sinsdata
-from sinsdata import loading
-from sinsdata.archives import ArchiveError
-from sinsdata.fetch import UnavailableError
-from sinsdata.frames import read_frame
-from sinsdata.generate import Generated
-from sinsdata.loading import Dataset, load
-from sinsdata.manifest import DatasetError
-from sinsdata.publish import publish
+from sinsdata.format.manifest import DatasetError
+from sinsdata.generation.generate import Generated
+from sinsdata.publishing import loading
+from sinsdata.publishing.archives import ArchiveError
+from sinsdata.publishing.fetch import UnavailableError
+from sinsdata.publishing.frames import read_frame
+from sinsdata.publishing.loading import Dataset, load
+from sinsdata.publishing.publish import publish
 
 #: As in conftest.py.
 MakeDataset: TypeAlias = Callable[[str, Path], Generated]

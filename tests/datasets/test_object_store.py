@@ -14,8 +14,8 @@ import pyarrow.fs as pafs
 import pytest
 
 from rehearsals import DATASET, PATIENCE, SHARD_ROWS, SHARDS, TIER, eventually, make, snapshot, sound
-from sinsdata.destination import RemoteFolder, shown
-from sinsdata.manifest import DatasetError
+from sinsdata.format.manifest import DatasetError
+from sinsdata.generation.destination import RemoteFolder, shown
 
 
 def _answers(port: int) -> bool:

@@ -61,7 +61,7 @@ def test_the_cases_of_lebedev1989() -> None:
 
 def test_the_start_of_the_precession_frame_is_that_of_the_paper() -> None:
     """What None stands for: Lambda(0) = {cos theta/2, sin theta/2, 0, 0}."""
-    from sinsdata.sampling import sample
+    from sinsdata.truth.sampling import sample
 
     case = paper_cases("dual_precession")[0]
     assert isinstance(case, DualPrecessionCase)

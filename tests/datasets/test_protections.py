@@ -31,10 +31,10 @@ from rehearsals import (
     target_of,
     wait_for_rows,
 )  # fmt: skip
-from sinsdata import destination, shards, workers
-from sinsdata.destination import LocalFolder, RemoteFolder
-from sinsdata.manifest import NAME
-from sinsdata.workers import WorkerError
+from sinsdata.format.manifest import NAME
+from sinsdata.generation import destination, shards, workers
+from sinsdata.generation.destination import LocalFolder, RemoteFolder
+from sinsdata.generation.workers import WorkerError
 
 #: ``harm(tmp_path)``: lets the fault happen and tells whether it did harm.
 Harm = Callable[[Path], bool]
@@ -274,7 +274,7 @@ ORPHANS = """
 import sys
 from pathlib import Path
 from rehearsals import announce, make
-from sinsdata import workers
+from sinsdata.generation import workers
 
 if sys.argv[2] == "unprotected":
     workers.follow_parent = print

@@ -13,14 +13,14 @@ import pytest
 import yaml
 
 from sinsbench.cli.publishing import publish as publish_command
-from sinsdata.archives import ArchiveError
-from sinsdata.generate import Generated
-from sinsdata.manifest import DatasetError, read_manifest
-from sinsdata.publish import NotSoundError, PublishError, card_with_header, document, publish
-from sinsdata.registry import Entry, Registry, read_registry, registry_json
-from sinsdata.schema import DATASETS
-from sinsdata.storage import file_hash
-from sinsdata.verify import Check
+from sinsdata.format.manifest import DatasetError, read_manifest
+from sinsdata.format.schema import DATASETS
+from sinsdata.format.storage import file_hash
+from sinsdata.generation.generate import Generated
+from sinsdata.publishing.archives import ArchiveError
+from sinsdata.publishing.publish import NotSoundError, PublishError, card_with_header, document, publish
+from sinsdata.publishing.registry import Entry, Registry, read_registry, registry_json
+from sinsdata.verification.verify import Check
 
 #: As in conftest.py.
 MakeDataset: TypeAlias = Callable[[str, Path], Generated]
@@ -148,7 +148,7 @@ def test_what_changes_after_it_was_verified_is_not_packed(
         (folder / "truth.parquet").write_bytes(b"PAR1")
         return []
 
-    monkeypatch.setattr("sinsdata.publish.verify", verified_too_early)
+    monkeypatch.setattr("sinsdata.publishing.publish.verify", verified_too_early)
     with pytest.raises(ArchiveError, match=r"truth\.parquet"):
         publish(changing, out)
     assert not out.exists()
@@ -173,7 +173,7 @@ def test_a_failure_on_the_way_leaves_the_earlier_bundle(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("sinsdata.publish._write_sums", full)
+    monkeypatch.setattr("sinsdata.publishing.publish._write_sums", full)
     with pytest.raises(OSError, match="No space"):
         publish(data, out)
     assert contents(out) == before

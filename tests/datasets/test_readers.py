@@ -22,9 +22,9 @@ import pytest
 
 from sinsbench.cli.publishing import export as export_command
 from sinsdata.cases import Case
-from sinsdata.csv_export import export_csv
-from sinsdata.generate import Generated, generate
-from sinsdata.publish import document, publish
+from sinsdata.generation.generate import Generated, generate
+from sinsdata.publishing.csv_export import export_csv
+from sinsdata.publishing.publish import document, publish
 from sinsdata.tiers import cases_of
 
 #: As in conftest.py.

@@ -15,11 +15,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sinsdata.cases import CASE_CLASSES, Case
-from sinsdata.generate import generate
-from sinsdata.integrate import compare, integrate, precession_problem, states
-from sinsdata.manifest import DatasetError, read_manifest
-from sinsdata.recompute import Worst, errors, pair_columns, python_row, rows_to_recompute
-from sinsdata.tables import Segment, TableGroup, groups_of
+from sinsdata.format.manifest import DatasetError, read_manifest
+from sinsdata.generation.generate import generate
+from sinsdata.generation.tables import Segment, TableGroup, groups_of
+from sinsdata.verification.integrate import compare, integrate, precession_problem, states
+from sinsdata.verification.recompute import Worst, errors, pair_columns, python_row, rows_to_recompute
 from sinsref.arithmetic import BallArithmetic
 from sinsref.precession import solution
 from sinsref.rounding import RoundingTally
@@ -184,7 +184,7 @@ def test_rows_of_a_case_are_found_in_the_middle_of_the_files(mapping: Any, tmp_p
 
 
 def test_what_is_not_integrated_is_refused(made: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sinsdata.integrate._PROBLEMS", {})
+    monkeypatch.setattr("sinsdata.verification.integrate._PROBLEMS", {})
     assert read_manifest(made["dual_precession"])["dataset"] == "dual_precession"
     with pytest.raises(DatasetError, match="the equations of dual_precession are not integrated here"):
         list(integrate(made["dual_precession"]))

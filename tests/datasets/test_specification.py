@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rehearsals import SHARD_ROWS, TABLES, cone, ended, make, small_shards, sound
-from sinsdata import specification, tables
-from sinsdata.content_hash import PAGE_ROWS
-from sinsdata.grid import GridCases
-from sinsdata.specification import Specification
-from sinsdata.tables import UnknownTableError
+from sinsdata.format.content_hash import PAGE_ROWS
+from sinsdata.generation import specification, tables
+from sinsdata.generation.specification import Specification
+from sinsdata.generation.tables import UnknownTableError
+from sinsdata.tiers.grid import GridCases
 
 SWEEP = ("dual_precession", "sweep")
 
@@ -103,7 +103,7 @@ import resource, sys
 from pathlib import Path
 import sinsdata.certified
 from rehearsals import TABLES, cone
-from sinsdata.generate import generate
+from sinsdata.generation.generate import generate
 
 sinsdata.certified.BLOCK = 8192
 made = generate("dual_precession", "sweep", [cone(int(sys.argv[2]))], Path(sys.argv[1]), tables=TABLES)

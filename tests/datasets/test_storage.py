@@ -14,13 +14,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinsdata.cases import CASE_CLASSES
-from sinsdata.content_hash import ContentHash
-from sinsdata.generate import Generated, generate
-from sinsdata.manifest import table_files
-from sinsdata.schema import DATASETS, arrow_schema
-from sinsdata.storage import file_hash, replacing
-from sinsdata.stored_cases import load_cases
+from sinsdata.format.content_hash import ContentHash
+from sinsdata.format.manifest import table_files
+from sinsdata.format.schema import DATASETS, arrow_schema
+from sinsdata.format.storage import file_hash, replacing
+from sinsdata.generation.generate import Generated, generate
 from sinsdata.tiers import paper_cases
+from sinsdata.verification.stored_cases import load_cases
 
 SMALL = ("equator_errors", "dual_precession")
 TABLES = [(dataset, table) for dataset in SMALL for table in DATASETS[dataset].tables]

@@ -14,10 +14,10 @@ import pytest
 
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
 from sinsdata.certified import RowFormula, blocks
-from sinsdata.strata import STRATA, Draw, Stratum
-from sinsdata.strata.declaration import sampling
 from sinsdata.tiers import CaseFileError, cases_of, paper_cases, short_cases, standard_cases, stratum_of
-from sinsdata.truth import (
+from sinsdata.tiers.strata import STRATA, Draw, Stratum
+from sinsdata.tiers.strata.declaration import sampling
+from sinsdata.truth.formulas import (
     WORKING_BITS,
     equator_bits,
     equator_state,

@@ -16,13 +16,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sinsdata.cases import CASE_CLASSES
-from sinsdata.content_hash import ContentHash
-from sinsdata.generate import Generated, generate
-from sinsdata.manifest import NAME, DatasetError, read_manifest, sealed
-from sinsdata.schema import arrow_schema
-from sinsdata.storage import file_hash
-from sinsdata.stored_cases import find_datasets, load_cases
-from sinsdata.verify import Check, verify
+from sinsdata.format.content_hash import ContentHash
+from sinsdata.format.manifest import NAME, DatasetError, read_manifest, sealed
+from sinsdata.format.schema import arrow_schema
+from sinsdata.format.storage import file_hash
+from sinsdata.generation.generate import Generated, generate
+from sinsdata.verification.stored_cases import find_datasets, load_cases
+from sinsdata.verification.verify import Check, verify
 
 _DATASETS = ("equator_errors", "dual_precession")
 

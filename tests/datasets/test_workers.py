@@ -26,8 +26,8 @@ from rehearsals import (
     target_of,
     wait_for_rows,
 )  # fmt: skip
-from sinsdata import workers
-from sinsdata.workers import WorkerError
+from sinsdata.generation import workers
+from sinsdata.generation.workers import WorkerError
 
 JOB = """
 import sys

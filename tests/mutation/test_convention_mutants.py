@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from mutants import load, source, survivors
-from sinsdata import certified, conventions, irregular, scattered
+from sinsdata import certified, scattered
 from sinsdata.cases import DualPrecessionCase
+from sinsdata.truth.formulas import conventions, irregular
 from sinsref.arithmetic import MpArithmetic
 from sinsref.rounding import RoundingTally
 

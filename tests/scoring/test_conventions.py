@@ -16,8 +16,8 @@ from sinsbench.subjects.integrators import panov6
 from sinsbench.subjects.loading import LoadedSubject, SubjectError, resolve
 from sinsbench.subjects.registry import DUAL_PRECESSION, Subject, subjects_of
 from sinsdata.cases import DualPrecessionCase
-from sinsdata.conventions import CONVENTIONS, QUANTA
-from sinsdata.sampling import sample
+from sinsdata.truth.conventions import CONVENTIONS, QUANTA
+from sinsdata.truth.sampling import sample
 from sinsref.exact import ExactNumber
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sinsbench.scoring.inputs import input_errors
-from sinsdata.sampling import sample
 from sinsdata.tiers import paper_cases
+from sinsdata.truth.sampling import sample
 from sinsref.exact import ExactNumber
 
 MP = mpmath.MPContext()

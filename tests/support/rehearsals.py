@@ -15,13 +15,13 @@ from unittest import mock
 
 import psutil
 
-from sinsdata import tables
 from sinsdata.cases import Case, DualPrecessionCase
-from sinsdata.destination import LocalFolder
-from sinsdata.generate import Generated, generate
-from sinsdata.specification import Specification
-from sinsdata.storage import WRITING, file_hash
-from sinsdata.verify import verify
+from sinsdata.format.storage import WRITING, file_hash
+from sinsdata.generation import tables
+from sinsdata.generation.destination import LocalFolder
+from sinsdata.generation.generate import Generated, generate
+from sinsdata.generation.specification import Specification
+from sinsdata.verification.verify import verify
 
 DATASET, TIER = "dual_precession", "sweep"
 #: Beside the cases.

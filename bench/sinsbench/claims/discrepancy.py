@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from sinsbench.scoring.errors import difference
 from sinsbench.subjects import equator_formulas, equator_numerical, ode45
 from sinsdata.cases import EquatorCase
-from sinsdata.sampling import EquatorTruth, equator_truth
 from sinsdata.tiers import paper_cases
+from sinsdata.truth.sampling import EquatorTruth, equator_truth
 
 Array = NDArray[np.float64]
 

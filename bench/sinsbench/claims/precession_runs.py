@@ -22,8 +22,8 @@ from sinsbench.subjects.rotation_vector_methods import (
     binary64_coefficients,
 )
 from sinsdata.cases import DualPrecessionCase
-from sinsdata.sampling import SampledMotion, sample
 from sinsdata.tiers import paper_cases
+from sinsdata.truth.sampling import SampledMotion, sample
 
 Array = NDArray[np.float64]
 

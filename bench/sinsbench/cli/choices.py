@@ -9,8 +9,8 @@ from sinsbench.cli.errors import UsageError
 from sinsbench.subjects.loading import resolve
 from sinsbench.subjects.registry import BUILT_IN
 from sinsdata.cases import CASE_CLASSES, Case
-from sinsdata.stored_cases import find_datasets, load_cases
 from sinsdata.tiers import cases_from_toml, cases_of, paper_cases
+from sinsdata.verification.stored_cases import find_datasets, load_cases
 
 
 def cases_to_generate(dataset: str, tier: str | None, file: Path | None) -> tuple[str, Sequence[Case]]:
@@ -80,7 +80,7 @@ def cases_to_score(dataset: str, names: Sequence[str] | None) -> tuple[str, tupl
     ------
     UsageError
         For an unknown dataset or case, or a folder with several datasets.
-    sinsdata.manifest.DatasetError
+    sinsdata.format.manifest.DatasetError
         For a folder that is not a dataset of this version.
     """
     if dataset in CASE_CLASSES:

@@ -90,7 +90,7 @@ def generate(
     from sinsbench.cli.choices import cases_to_generate, part_of
     from sinsbench.cli.generation import show_generated
     from sinsbench.cli.output import Output
-    from sinsdata.generate import generate as generate_dataset
+    from sinsdata.generation.generate import generate as generate_dataset
 
     name, chosen = cases_to_generate(dataset, tier, cases)
     part = part_of(shard)
@@ -126,8 +126,8 @@ def verify(
     from dataclasses import asdict
 
     from sinsbench.cli.output import Output
-    from sinsdata.stored_cases import find_datasets
-    from sinsdata.verify import verify as verify_dataset
+    from sinsdata.verification.stored_cases import find_datasets
+    from sinsdata.verification.verify import verify as verify_dataset
 
     if recompute != "all" and not (recompute.isascii() and recompute.isdigit()):
         raise UsageError(f"--recompute {recompute!r}: must be a number of rows, or all")
@@ -140,7 +140,7 @@ def verify(
         for found in find_datasets(folder):
             own = [asdict(check) for check in verify_dataset(found, wanted, progress)]
             if integrate and all(check["holds"] for check in own):
-                from sinsdata.integrate import integrate as integrate_dataset
+                from sinsdata.verification.integrate import integrate as integrate_dataset
 
                 own += [asdict(check) for check in integrate_dataset(found, progress=progress)]
             bad = sum(not check["holds"] for check in own)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from sinsbench.cli.output import Output, certified
-from sinsdata.generate import Generated
+from sinsdata.generation.generate import Generated
 
 
 def show_generated(made: Generated, output: Output, json: Path | None) -> None:

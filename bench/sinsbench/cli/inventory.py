@@ -7,7 +7,7 @@ from typing import Any
 
 
 def _datasets() -> list[dict[str, Any]]:
-    from sinsdata.schema import DATASETS
+    from sinsdata.format.schema import DATASETS
     from sinsdata.tiers import cases_of, tiers_of
 
     return [
@@ -23,7 +23,7 @@ def _datasets() -> list[dict[str, Any]]:
 
 
 def _strata() -> list[dict[str, Any]]:
-    from sinsdata.schema import DATASETS
+    from sinsdata.format.schema import DATASETS
     from sinsdata.tiers import strata_of
 
     return [

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from sinsdata.fetch import Fetched
+    from sinsdata.publishing.fetch import Fetched
 
 JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the rows as JSON too.")]
 
@@ -23,8 +23,8 @@ def publish(
     from dataclasses import asdict
 
     from sinsbench.cli.output import Output
-    from sinsdata.publish import NotSoundError
-    from sinsdata.publish import publish as publish_datasets
+    from sinsdata.publishing.publish import NotSoundError
+    from sinsdata.publishing.publish import publish as publish_datasets
 
     output = Output()
     output.check(json)
@@ -61,9 +61,9 @@ def fetch(
 ) -> None:
     """Get a published dataset: checked against the registry, cached; or generate the same content."""
     from sinsbench.cli.output import Output
-    from sinsdata.fetch import UnavailableError, generate_instead
-    from sinsdata.fetch import fetch as fetch_dataset
-    from sinsdata.registry import SHIPPED
+    from sinsdata.publishing.fetch import UnavailableError, generate_instead
+    from sinsdata.publishing.fetch import fetch as fetch_dataset
+    from sinsdata.publishing.registry import SHIPPED
 
     output = Output()
     output.check(json)
@@ -107,8 +107,8 @@ def export(
 ) -> None:
     """Write datasets as plain CSV; the numbers read back exactly."""
     from sinsbench.cli.output import Output
-    from sinsdata.csv_export import export_csv
-    from sinsdata.stored_cases import find_datasets
+    from sinsdata.publishing.csv_export import export_csv
+    from sinsdata.verification.stored_cases import find_datasets
 
     output = Output()
     output.check(json)

@@ -9,7 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from dataclasses import dataclass
 from typing import Any
 
-from sinsdata.workers import follow_parent
+from sinsdata.generation.workers import follow_parent
 
 #: More processes would each load the compiler and the truth anew: memory for little time.
 _MOST_PROCESSES = 2

@@ -15,10 +15,10 @@ from sinsbench.reproduction.files import write_results
 from sinsbench.reproduction.parallel import Part, run_parts
 from sinsbench.scoring.score import score
 from sinsdata.cases import Case, DualPrecessionCase
-from sinsdata.generate import Generated, generate
-from sinsdata.stored_cases import load_cases
+from sinsdata.generation.generate import Generated, generate
 from sinsdata.tiers import paper_cases
-from sinsdata.verify import Check, verify
+from sinsdata.verification.stored_cases import load_cases
+from sinsdata.verification.verify import Check, verify
 
 #: Datasets whose truth the papers' numbers are judged by, and the tables of it; None for all.
 _TABLES = {"equator_errors": None, "dual_precession": ("increments", "truth")}

@@ -14,7 +14,7 @@ from sinsbench.scoring.running import RunError, checked_states, run
 from sinsbench.subjects.loading import LoadedSubject
 from sinsbench.subjects.registry import EQUATOR_ERRORS
 from sinsdata.cases import EquatorCase
-from sinsdata.sampling import EquatorTruth, equator_truth
+from sinsdata.truth.sampling import EquatorTruth, equator_truth
 from sinsref.arithmetic import MpArithmetic
 from sinsref.equator import EquatorModel
 from sinsref.exact import ExactNumber

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinsbench.scoring.errors import attitude_error_vectors
-from sinsdata.sampling import SampledMotion
+from sinsdata.truth.sampling import SampledMotion
 
 __all__ = ["InputErrors", "increment_errors", "input_errors"]
 

@@ -24,7 +24,7 @@ from sinsbench.subjects.loading import LoadedSubject
 from sinsbench.subjects.registry import DUAL_PRECESSION, Subject
 from sinsbench.subjects.rotation_vector_methods import METHODS, RotationVectorMethod
 from sinsdata.cases import DualPrecessionCase
-from sinsdata.sampling import SampledMotion, sample
+from sinsdata.truth.sampling import SampledMotion, sample
 from sinsref.exact import ExactNumber
 
 __all__ = ["LADDER", "Rung", "ladder", "score_integrator"]
@@ -61,7 +61,7 @@ def ladder(
         Intervals in units of the case's. Left out are those that do not divide the duration into whole samples and
         those that divide it into more than 400,000, which would fill the memory; never the case's own interval, 1.
     convention : str, default "increments"
-        What the samples hold: a name of `sinsdata.conventions.CONVENTIONS`.
+        What the samples hold: a name of `sinsdata.truth.conventions.CONVENTIONS`.
 
     Returns
     -------

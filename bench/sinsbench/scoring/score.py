@@ -12,8 +12,8 @@ from sinsbench.scoring.rows import SCORE_FIELDS
 from sinsbench.subjects.loading import LoadedSubject, SubjectError, resolve
 from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS, subjects_of
 from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase
-from sinsdata.conventions import known_convention
 from sinsdata.tiers import known_dataset, paper_cases
+from sinsdata.truth.conventions import known_convention
 
 __all__ = ["SCORE_FIELDS", "Progress", "Reference", "convention_of", "loaded_subjects", "prepare", "score"]
 

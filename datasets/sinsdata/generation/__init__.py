@@ -1,0 +1,1 @@
+"""From a specification to a dataset: shards, workers, destinations."""

@@ -1,0 +1,1 @@
+"""From the formulas of the reference to certified tables, and to cases in memory."""

@@ -1,0 +1,1 @@
+"""What a dataset on disk must satisfy, and how that is checked."""

@@ -1,0 +1,322 @@
+"""Every row of a dataset against the differential equations themselves: the path that knows no closed form.
+
+Taylor series of the equations are summed at all epochs that a step reaches. Their coefficients are numbers of 62 digits
+without enclosures (the radii of the balls are dropped after every step): this path compares, it proves nothing. What it
+shares with the tables are the equations, their constants and the initial values, no solution.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from fractions import Fraction
+from math import floor, frexp, hypot, inf, ldexp
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pyarrow.parquet as pq
+from flint import arb, arb_poly, fmpq
+
+from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
+from sinsdata.format.manifest import DatasetError, read_manifest, table_files
+from sinsdata.generation.tables import groups_of
+from sinsdata.generation.workers import follow_parent
+from sinsdata.truth.formulas import TRANSITION_ELEMENTS
+from sinsdata.verification.recompute import PAIR_TOLERANCE, Worst, pair_columns
+from sinsdata.verification.stored_cases import load_cases
+from sinsdata.verification.stored_rows import TableLayout
+from sinsdata.verification.verify import Check
+from sinsref.arithmetic import Arithmetic, BallArithmetic, Number
+from sinsref.equator import EquatorModel
+from sinsref.equator_forced import Misalignment
+from sinsref.error_equations import Earth, error_matrix, required_force
+from sinsref.precession import angular_rate_and_specific_force
+from sinsref.quaternion import conjugate, dot, normalised, product, rotate
+from sinsref.recorded import AutonomousField, RecordedField
+
+#: Working precision: 30 digits to compare, and what a day of steps adds up.
+_BITS = 208
+#: Order of the series. The last terms of a step are at most exp(-105) = 2.5e-46 of the largest.
+_ORDER, _LOG_TAIL, _LAST = 48, -105.0, 4
+#: Rows that stand near a zero of what they hold are compared on the scale of what was before, this much smaller.
+_NEAR_ZERO = 1e-8
+
+#: Table -> the values of a row.
+Values: TypeAlias = Mapping[str, Sequence[Number]]
+#: Table -> its files, and the number in them of the first row of a case.
+Stored: TypeAlias = Mapping[str, tuple[Sequence[Path], int]]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An initial value problem whose solution fills tables.
+
+    Attributes
+    ----------
+    field : callable
+        ``field(arithmetic, state)``; the first component is the time.
+    initial : sequence of Number
+    values : callable
+        ``values(state, before)`` returns the rows of an epoch; `before` is the state at the epoch before.
+    vectors : mapping of str to sequence of int
+        Numbers of components of the vectors in the columns of each table: a vector is compared by its norm.
+    """
+
+    field: AutonomousField
+    initial: Sequence[Number]
+    values: Callable[[Sequence[Number], Sequence[Number]], Values]
+    vectors: Mapping[str, Sequence[int]]
+
+
+def precession_problem(ar: BallArithmetic, case: DualPrecessionCase) -> Problem:
+    """Return attitude, apparent velocity and the integrals of their rates: (1.1), (1.2), with (4.1), (4.3)."""
+    zero = ar.number(0)
+    if case.initial_attitude is None:
+        sine, cosine = ar.sin_cos(ar.number(case.nutation) / 2)
+        attitude = [cosine, sine, zero, zero]
+    else:
+        attitude = normalised(ar, [ar.number(x) for x in case.initial_attitude])
+    interval = ar.number(case.interval)
+
+    def field(arithmetic: Arithmetic, state: Sequence[Number]) -> list[Number]:
+        rate, force = angular_rate_and_specific_force(arithmetic, case.motion, state[0])
+        turning = [x / 2 for x in product(state[1:5], [arithmetic.number(0), *rate])]
+        return [arithmetic.number(1), *turning, *rotate(state[1:5], force), *rate, *force]
+
+    def values(state: Sequence[Number], before: Sequence[Number]) -> Values:
+        unit, velocity, integrals = state[1:5], state[5:8], state[8:]
+        increments = [x - y for x, y in zip(integrals, before[8:], strict=True)]
+        change = [x - y for x, y in zip(velocity, before[5:8], strict=True)]
+        return {
+            "truth": [*unit, *velocity, *rotate(conjugate(unit), velocity)],
+            "increments": increments,
+            "mean_rates": [x / interval for x in increments],
+            "accumulated": integrals,
+            "resolved": [*rotate(conjugate(before[1:5]), change), *rotate(conjugate(unit), change)],
+        }
+
+    initial = [zero, *attitude, *map(ar.number, case.initial_velocity), *[zero] * 6]
+    pairs = dict.fromkeys(("increments", "mean_rates", "accumulated", "resolved"), (3, 3))
+    return Problem(field, initial, values, {"truth": (4, 3, 3), **pairs})
+
+
+def equator_problem(ar: BallArithmetic, case: EquatorCase) -> Problem:
+    """Return the errors and the transition matrix: X' = A X + b with A of (2) for flight along the equator."""
+    zero, one = ar.number(0), ar.number(1)
+
+    def field(arithmetic: Arithmetic, state: Sequence[Number]) -> list[Number]:
+        earth = Earth.krasovsky(arithmetic, spherical=True)
+        flight = [zero, zero, ar.number(case.v_east), ar.number(case.height), zero, zero]
+        matrix = error_matrix(arithmetic, earth, flight, required_force(arithmetic, earth, flight, [zero] * 3))
+        forcing = [zero] * 6
+        if case.misalignment is not None:
+            elements = [[ar.number(x) for x in row] for row in case.misalignment]
+            tilt = Misalignment(elements, ar.number(case.inertial_longitude))
+            forcing = tilt.force(arithmetic, EquatorModel.at(arithmetic, case.v_east, case.height), state[0])
+        columns = [state[7 + 6 * j : 13 + 6 * j] for j in range(6)]
+        return [
+            one,
+            *(dot(row, state[1:7]) + b for row, b in zip(matrix, forcing, strict=True)),
+            *(dot(row, column) for column in columns for row in matrix),
+        ]
+
+    def values(state: Sequence[Number], before: Sequence[Number]) -> Values:
+        # Element i, j of P stands in column j of the columns of the state.
+        elements = [state[7 + 6 * (j - 1) + i - 1] for i, j in TRANSITION_ELEMENTS]
+        return {"truth": state[1:7], "transition": elements}
+
+    identity = [one if i == j else zero for j in range(6) for i in range(6)]
+    initial = [zero, *map(ar.number, case.initial_errors), *identity]
+    return Problem(field, initial, values, {"truth": (1,) * 6, "transition": (1,) * len(TRANSITION_ELEMENTS)})
+
+
+#: Class of the cases -> what to integrate.
+_PROBLEMS: Mapping[type, Callable[[BallArithmetic, Any], Problem]] = {
+    DualPrecessionCase: precession_problem,
+    EquatorCase: equator_problem,
+}
+
+
+def states(ar: BallArithmetic, problem: Problem, interval: Number, count: int) -> Iterator[list[Number]]:
+    """Yield the state at the epochs 0 ... `count`.
+
+    Parameters
+    ----------
+    ar : BallArithmetic
+        Entered.
+    problem : Problem
+    interval : Number
+        Distance of the epochs, s.
+    count : int
+    """
+    recorded = RecordedField(ar, problem.field, len(problem.initial))
+    state = [x.mid() for x in problem.initial]
+    yield state
+    position = Fraction(0)  # in intervals: exact, so that every epoch is met exactly
+    while position < count:
+        series = recorded.coefficients(state, _ORDER)
+        polynomials = [arb_poly(coefficients) for coefficients in series]
+        reach = position + _step(series, float(interval))
+        epochs = range(floor(position) + 1, min(count, floor(reach)) + 1)
+        for epoch in epochs:
+            state = _at(polynomials, interval, epoch - position)
+            yield state
+        if not epochs:
+            state = _at(polynomials, interval, reach - position)
+        position = Fraction(epochs[-1]) if epochs else reach
+
+
+def _at(polynomials: Sequence[Any], interval: Number, part: Fraction) -> list[Number]:
+    time = interval * arb(fmpq(part.numerator, part.denominator))
+    return [polynomial(time).mid() for polynomial in polynomials]
+
+
+def _step(series: Sequence[Sequence[Number]], interval: float) -> Fraction:
+    """Return the step, in intervals, at which the last terms of each component vanish beside its largest."""
+    sizes = np.array([[float(abs(x).log()) if x != 0 else -inf for x in terms] for terms in series])
+    sizes = sizes[np.isfinite(sizes[:, 1:]).any(axis=1)]
+    powers = np.arange(sizes.shape[1])
+    shortest, longest = -100.0, 50.0  # logarithms
+    for _ in range(30):
+        middle = (shortest + longest) / 2
+        terms = sizes + powers * middle
+        if np.all(terms[:, -_LAST:].max(axis=1) <= terms.max(axis=1) + _LOG_TAIL):
+            shortest = middle
+        else:
+            longest = middle
+    mantissa, exponent = frexp(float(np.exp(shortest)) / interval)
+    return Fraction(ldexp(floor(mantissa * 256), exponent - 8))
+
+
+def compare(case: Case, stored: Stored) -> dict[str, Worst]:
+    """Integrate one case and return the largest relative difference of each table, in units of 1e-30.
+
+    Parameters
+    ----------
+    case : Case
+    stored : mapping
+        Only tables that the integration fills.
+    """
+    worst = {table: Worst() for table in stored}
+    with BallArithmetic(_BITS) as ar:
+        problem = _PROBLEMS[type(case)](ar, case)
+        layouts = {table: _layout(_dataset_of(case), table) for table in stored}
+        readers = {
+            table: _rows(_dataset_of(case), table, paths, first, layouts[table].rows(case))
+            for table, (paths, first) in stored.items()
+        }
+        scales = {table: [0.0] * len(problem.vectors[table]) for table in stored}
+        before = list(problem.initial)
+        for epoch, state in enumerate(states(ar, problem, ar.number(case.interval), case.samples)):
+            values = problem.values(state, before)
+            for table, reader in readers.items():
+                if epoch or layouts[table].per_epoch(case):
+                    error = _difference(values[table], next(reader), problem.vectors[table], scales[table])
+                    worst[table].take(error / PAIR_TOLERANCE, f"{case.name}, epoch {epoch}")
+            before = state
+    return worst
+
+
+def _difference(
+    values: Sequence[Number], stored: Sequence[tuple[float, float]], vectors: Sequence[int], scales: list[float]
+) -> float:
+    """Return the largest relative difference of the vectors of a row; `scales` keeps the largest norms so far."""
+    largest, place = 0.0, 0
+    for number, width in enumerate(vectors):
+        own, pairs = values[place : place + width], stored[place : place + width]
+        norm = hypot(*map(float, own))
+        scales[number] = max(scales[number], norm)
+        error = hypot(*(float(x - arb(high) - arb(low)) for x, (high, low) in zip(own, pairs, strict=True)))
+        relative = error / max(norm, _NEAR_ZERO * scales[number]) if scales[number] else (inf if error else 0.0)
+        largest = max(largest, inf if relative != relative else relative)
+        place += width
+    return largest
+
+
+def _dataset_of(case: Case) -> str:
+    return "dual_precession" if isinstance(case, DualPrecessionCase) else "equator_errors"
+
+
+def _layout(dataset: str, table: str) -> TableLayout:
+    return TableLayout(table, groups_of(dataset, [table])[-1])
+
+
+def _rows(
+    dataset: str, table: str, paths: Sequence[Path], first: int, count: int
+) -> Iterator[list[tuple[float, float]]]:
+    """Yield the value pairs of rows, reading only the parts of the files in which they are."""
+    names = [name for name in pair_columns(dataset, table) if name != "time"]
+    columns = [half for name in names for half in (name, f"{name}_lo")]
+    passed, end = 0, first + count
+    for path in paths:
+        with pq.ParquetFile(path) as file:
+            for part in range(file.num_row_groups):
+                rows = file.metadata.row_group(part).num_rows
+                start, stop = max(first, passed) - passed, min(end, passed + rows) - passed
+                if start < stop:
+                    data = file.read_row_group(part, columns=columns).slice(start, stop - start)
+                    numbers = np.column_stack([data[name].to_numpy() for name in columns])
+                    for row in numbers.reshape(len(numbers), -1, 2).tolist():
+                        yield list(map(tuple, row))
+                passed += rows
+
+
+def integrate(
+    folder: Path, workers: int = 2, progress: Callable[[int, int, str], None] = lambda done, total, what: None
+) -> Iterator[Check]:
+    """Compare every row of a dataset with its differential equations, integrated.
+
+    Parameters
+    ----------
+    folder : Path
+        A dataset that verifies otherwise; of `dual_precession` the tables ``truth``, ``increments``, ``mean_rates``,
+        ``accumulated`` and ``resolved`` are compared, of `equator_errors` ``truth`` and ``transition``.
+    workers : int, default 2
+        Processes.
+    progress : callable, optional
+        ``progress(cases done, cases in all, what)``.
+
+    Yields
+    ------
+    Check
+
+    Raises
+    ------
+    sinsdata.format.manifest.DatasetError
+        If the folder is no dataset of this version, or one whose equations are not integrated here.
+    """
+    manifest = read_manifest(folder)
+    dataset, cases = load_cases(folder)
+    if not cases or type(cases[0]) not in _PROBLEMS:
+        raise DatasetError(f"{folder}: the equations of {dataset} are not integrated here")
+    with BallArithmetic(_BITS) as ar:
+        known = _PROBLEMS[type(cases[0])](ar, cases[0]).vectors
+    files = {table: table_files(folder, manifest, table) for table in manifest["tables"] if table in known}
+    layouts = {table: _layout(dataset, table) for table in files}
+    tasks: list[Stored] = []
+    passed = dict.fromkeys(files, 0)
+    for case in cases:
+        tasks.append({table: (paths, passed[table]) for table, paths in files.items()})
+        passed = {table: first + layouts[table].rows(case) for table, first in passed.items()}
+    worst = {table: Worst() for table in files}
+    for number, found in enumerate(_results(cases, tasks, workers)):
+        progress(number, len(cases), cases[number].name)
+        for table, one in found.items():
+            worst[table].take(one.size, one.where, one.count)
+    for table, one in worst.items():
+        what = f"{one.count} rows integrated from the differential equations"
+        detail = f"relative difference {one.size * PAIR_TOLERANCE:.1e} at {one.where}"
+        yield Check(f"{folder}: {table}", what, one.size <= 1, detail)
+
+
+def _results(cases: Sequence[Case], tasks: Sequence[Stored], workers: int) -> Iterator[dict[str, Worst]]:
+    workers = min(workers, len(cases))
+    if workers < 2:
+        yield from map(compare, cases, tasks)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=follow_parent) as pool:
+        yield from pool.map(compare, cases, tasks)
