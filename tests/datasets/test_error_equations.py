@@ -16,8 +16,8 @@ from sinsdata.tiers.error_equations import (
     error_equation_paper_cases,
     error_equation_standard_cases,
 )
+from sinsdata.truth import error_equations as error_equation_truth
 from sinsdata.truth.error_equations import error_equation_blocks, recomputed
-from sinsdata.truth.formulas import error_equations as error_equation_truth
 from sinsref.rounding import RoundingTally, UndecidedError
 
 GIVEN: dict[str, Any] = {

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from sinsref.arithmetic import BallArithmetic
 from sinsref.exact import ExactNumber
 from sinsref.rounding import (
+    ESCALATION,
     NEGLIGIBLE,
     RoundingTally,
     UndecidedError,
@@ -168,7 +169,7 @@ def test_undecided_values_raise_the_precision():
     assert high[:, 0].tolist() == [1, 1 + 2.0**-52]
     assert low[:, 0].tolist() == [2.0**-53, -(2.0**-53)]
     assert (high[:, 1] == math.sqrt(3)).all()
-    assert max(bits) == 512
+    assert max(bits) == ESCALATION[1]
     assert (tally.values, tally.raised) == (4, 2)
     assert (tally.exact_zeros, tally.bounded_zeros) == (0, 0)
 

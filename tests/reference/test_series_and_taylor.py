@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sinsref.arithmetic import BallArithmetic, MpArithmetic
+from sinsref.dual_quaternion import transfer
 from sinsref.elementary import cosine_and_sinc
 from sinsref.series import Series, SeriesArithmetic
 from sinsref.taylor import doubled, integrate
@@ -115,8 +116,8 @@ def test_the_first_coefficient_is_the_derivative(x, slope):
 
     fine = MpArithmetic(150)
     step = fine.number("1e-50")
-    rise = function(fine, fine.number(Fraction(*x.as_integer_ratio())) + step)
-    fall = function(fine, fine.number(Fraction(*x.as_integer_ratio())) - step)
+    rise = function(fine, fine.number(x) + step)
+    fall = function(fine, fine.number(x) - step)
     derivative = AR.number(0) + (rise - fall) / (2 * step)  # its error is of the order of 1e-100
     dual = function(S, S.variable(x, slope))
     assert abs(dual[1] - slope * derivative) <= CLOSE
@@ -142,11 +143,35 @@ def test_exact_numbers_signs_and_widening():
 
 
 @deterministic
+@given(st.floats(0.3, 3), st.floats(-2, 2), st.floats(-2, 2))
+def test_dual_numbers_are_series_cut_off_after_the_first_power(x, slope, other):
+    def function(ar, z, w):
+        (sine, cosine), (sinh, cosh) = ar.sin_cos(z), ar.sinh_cosh(w)
+        quotient = (1 - ar.sqrt(z * z + 1)) / (cosine * ar.pi - 4) + 2 / z + z / 3
+        return [
+            quotient * sinh - ar.exp(-z) * cosh,
+            sine - ar.number("1/3") * w,
+            2 - w,
+            z - 1,
+            cosh + ar.constant(AR.pi),
+        ]
+
+    given_series = S.variable(AR.number(x), AR.number(slope)), S.variable(AR.number(other), AR.number(1))
+    series = function(S, *given_series)
+    principal, dual = transfer(
+        AR, lambda ar, p: function(ar, *p), [AR.number(x), AR.number(other)], [AR.number(slope), AR.number(1)]
+    )
+    for value, part, expected in zip(principal, dual, series, strict=True):
+        assert abs(value - expected[0]) <= CLOSE * (1 + abs(expected[0]))
+        assert abs(part - expected[1]) <= CLOSE * (1 + abs(expected[1]))
+
+
+@deterministic
 @given(st.floats(0, 3).map(lambda x: x * x), st.integers(0, 40))
 def test_cosine_and_sinc_are_smooth_through_zero(square, halvings):
     square = AR.number(square) / AR.number(4) ** halvings
     cosine, sinc = cosine_and_sinc(S, S.variable(square))
-    exact = MpArithmetic(160).number(Fraction(*square.as_integer_ratio()))
+    exact = MpArithmetic(160).number(square)
     # cos(sqrt(z)) and sin(sqrt(z))/sqrt(z) by their power series in z, and the derivatives by the same series.
     terms = range(60)
     powers = [exact**k for k in terms]

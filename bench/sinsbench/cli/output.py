@@ -66,7 +66,7 @@ class Output:
 
     def line(self, text: str) -> None:
         """Print a line of prose."""
-        self._console.print(text, markup=False)
+        self._console.print(text, markup=False, soft_wrap=True)
 
     def json(self, path: Path | None, value: Any) -> None:
         """Write a value as JSON, whole or not at all; None for no file."""

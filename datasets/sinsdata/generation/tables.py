@@ -20,8 +20,8 @@ from sinsdata.difficulty import difficulty
 from sinsdata.format.case_columns import parameters
 from sinsdata.format.schema import DATASETS, arrow_schema
 from sinsdata.tiers import TIERS_WITH_STRATA, stratum_name
+from sinsdata.truth.conventions import NONUNIFORM_TRUTH, InputTable
 from sinsdata.truth.conventions import TABLES as INPUT_TABLES
-from sinsdata.truth.conventions import InputTable, exact_nonuniform_truth, nonuniform_truth_blocks
 from sinsdata.truth.error_equations import error_equation_blocks, recomputed
 from sinsdata.truth.formulas import (
     WORKING_BITS,
@@ -250,12 +250,7 @@ GROUPS: Mapping[str, tuple[TableGroup, ...]] = {
             "dual_precession", "truth", precession_formula, lambda case: WORKING_BITS, _precession_arithmetic
         ),
         *map(_input_group, INPUT_TABLES.values()),
-        TableGroup(
-            ("nonuniform_truth",),
-            lambda case: case.samples + 1,
-            series_batches("dual_precession", ["nonuniform_truth"], nonuniform_truth_blocks),
-            lambda case, row: exact_nonuniform_truth(_precession_arithmetic(case), case, row),
-        ),
+        _input_group(NONUNIFORM_TRUTH),
     ),
     "error_equations": (
         _cases_group("error_equations"),

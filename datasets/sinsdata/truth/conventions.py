@@ -35,7 +35,16 @@ from sinsref.precession import (
 )
 from sinsref.rounding import ESCALATION, RoundingTally, UndecidedError, round_balls, settle
 
-__all__ = ["CONVENTIONS", "QUANTA", "TABLES", "Convention", "InputTable", "known_convention", "nonuniform_time"]
+__all__ = [
+    "CONVENTIONS",
+    "NONUNIFORM_TRUTH",
+    "QUANTA",
+    "TABLES",
+    "Convention",
+    "InputTable",
+    "known_convention",
+    "nonuniform_time",
+]
 
 #: ``blocks(case, first, count, tally)`` yields the rows `first` ... `first + count - 1` of a case, counted from 0.
 RowBlocks: TypeAlias = Callable[[DualPrecessionCase, int, int, RoundingTally], Iterator[Block]]
@@ -156,8 +165,7 @@ def _true_row(case: DualPrecessionCase, ar: Arithmetic, epoch: int) -> list[Numb
     return [time, *precession_formula(case)(ar, time)]
 
 
-def nonuniform_truth_blocks(case: DualPrecessionCase, first: int, count: int, tally: RoundingTally) -> Iterator[Block]:
-    """Yield attitude and velocities at the ends of the samples off the grid, the start included."""
+def _true_blocks(case: DualPrecessionCase, first: int, count: int, tally: RoundingTally) -> Iterator[Block]:
     formula = precession_formula(case)
     table = ScatteredTable(lambda ar, time: [time, *formula(ar, time)], case.interval, PARTS, WORKING_BITS)
     for start in range(first, first + count, BLOCK):
@@ -169,11 +177,6 @@ def nonuniform_truth_blocks(case: DualPrecessionCase, first: int, count: int, ta
         high, low, decided = pairs[0].reshape(shape), pairs[1].reshape(shape), pairs[2].reshape(shape)
         settle(partial(_true_row, case), epochs.tolist(), high, low, decided, tally)
         yield Block(epochs, high[:, 0], low[:, 0], high[:, 1:], low[:, 1:])
-
-
-def exact_nonuniform_truth(ar: MpArithmetic, case: DualPrecessionCase, row: int) -> list[Number]:
-    """Return time and values of row `row` of that table, from 0, by mpmath."""
-    return _true_row(case, ar, row)
 
 
 # Samples that never arrive.
@@ -286,6 +289,17 @@ TABLES: Mapping[str, InputTable] = {
     )
 }
 """The input tables of `dual_precession` by name."""
+
+
+NONUNIFORM_TRUTH = InputTable(
+    "nonuniform_truth",
+    ("w_inertial", "w_body"),
+    0,
+    lambda case: case.samples + 1,
+    _true_blocks,
+    lambda ar, case, row: _true_row(case, ar, row),
+)
+"""Attitude and velocities at the times of ``nonuniform``, the start included: no input, but made as one."""
 
 
 @dataclass(frozen=True)
