@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, fields
-from math import ceil, log10
 from typing import Any
+
+from flint import arb
 
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
 from sinsdata.certified import RowFormula
-from sinsdata.truth.formulas import equator_state, precession_formula
-from sinsref.arithmetic import Arithmetic, MpArithmetic, Number
-from sinsref.equator import EquatorModel, guard_bits
+from sinsdata.truth.formulas import WORKING_BITS, equator_bits, equator_state, precession_formula
+from sinsref.arithmetic import Arithmetic, BallArithmetic, MpArithmetic, Number
+from sinsref.equator import EquatorModel
 from sinsref.equator_forced import Misalignment
 from sinsref.equator_literal import solution as literal_solution
 from sinsref.equator_modes import NoRealModesError
@@ -24,9 +25,8 @@ from sinsref.exact import ExactNumber
 from sinsref.pi_monomials import PiMonomialArithmetic
 
 #: Relative change of a parameter in a difference quotient: its square is far below two significant digits, and the
-#: working precision leaves 35 digits of the difference.
+#: working precision leaves 30 digits of the difference.
 _CHANGE = "1e-25"
-_DIGITS = 60
 #: Decimal digits for which mpmath works with exactly the 53 bits of binary64.
 _BINARY64_DIGITS = 15
 _BINARY64_BITS = 53
@@ -54,12 +54,12 @@ class Difficulty:
 
 @dataclass(frozen=True)
 class _Formulas:
-    """Formulas of a dataset: the exact one, the literal one, and which columns make one quantity."""
+    """Formulas of a dataset, exact and literal, which columns make one quantity, and the working precision."""
 
     exact: Callable[[Any], RowFormula]
     literal: Callable[[Any], RowFormula]
     quantities: tuple[slice, ...]
-    guard_digits: Callable[[Any, MpArithmetic], int]
+    bits: Callable[[Any], int]
 
 
 def _equator_literal(case: EquatorCase) -> RowFormula:
@@ -74,16 +74,11 @@ def _equator_literal(case: EquatorCase) -> RowFormula:
     return formula
 
 
-def _equator_guard(case: EquatorCase, ar: MpArithmetic) -> int:
-    model = EquatorModel.at(ar, case.v_east, case.height)
-    return ceil(guard_bits(ar, model, ar.number(case.duration)) * log10(2))
-
-
 _FORMULAS: Mapping[type[Any], _Formulas] = {
-    EquatorCase: _Formulas(equator_state, _equator_literal, tuple(slice(i, i + 1) for i in range(6)), _equator_guard),
+    EquatorCase: _Formulas(equator_state, _equator_literal, tuple(slice(i, i + 1) for i in range(6)), equator_bits),
     # (4.4) and (4.5) are the solution itself: its literal form is the exact one.
     DualPrecessionCase: _Formulas(
-        precession_formula, precession_formula, (slice(0, 4), slice(4, 7), slice(7, 10)), lambda case, ar: 0
+        precession_formula, precession_formula, (slice(0, 4), slice(4, 7), slice(7, 10)), lambda case: WORKING_BITS
     ),
 }
 
@@ -98,27 +93,31 @@ def difficulty(case: Case) -> Difficulty:
     """
     formulas = _FORMULAS[type(case)]
     epochs = sorted({1, (case.samples + 1) // 2, case.samples})
-    ar = MpArithmetic(_DIGITS)
-    ar.context.dps += formulas.guard_digits(case, ar)
-    exact = _rows(ar, formulas.exact, case, epochs)
-    scales = [max(_norm(ar, row[part]) for row in exact) for part in formulas.quantities]
+    literal = _literal(formulas, case, epochs)
+    # Balls for their speed: the precision is far beyond what is needed, and the middles alone go on.
+    with BallArithmetic(formulas.bits(case)) as ar:
+        exact = _middles(_rows(ar, formulas.exact, case, epochs))
+        scales = [max(_norm(row[part]) for row in exact) for part in formulas.quantities]
 
-    def distance(rows: Sequence[Sequence[Number]]) -> Number:
-        """Return the largest distance from the exact rows, in units of the scales."""
-        return max(
-            (
-                _norm(ar, [x - y for x, y in zip(row[part], true[part], strict=True)]) / scale
-                for row, true in zip(rows, exact, strict=True)
-                for part, scale in zip(formulas.quantities, scales, strict=True)
-                if scale
-            ),
-            default=ar.number(0),
-        )
+        def distance(rows: Sequence[Sequence[Number]]) -> Number:
+            """Return the largest distance from the exact rows, in units of the scales."""
+            return max(
+                (
+                    _norm([x - y for x, y in zip(row[part], true[part], strict=True)]) / scale
+                    for row, true in zip(rows, exact, strict=True)
+                    for part, scale in zip(formulas.quantities, scales, strict=True)
+                    if scale > 0
+                ),
+                default=ar.number(0),
+            )
 
-    changes = (distance(_rows(ar, formulas.exact, changed, epochs)) for changed in _changed(case))
-    condition = max(changes) / ar.number(_CHANGE)
-    literal = _literal(formulas.literal, case, epochs)
-    return Difficulty(_rounded(condition), None if literal is None else _digits(ar, literal, distance))
+        changes = (distance(_middles(_rows(ar, formulas.exact, changed, epochs))) for changed in _changed(case))
+        condition = max(changes) / ar.number(_CHANGE)
+        return Difficulty(_rounded(condition), None if literal is None else _digits(literal, distance))
+
+
+def _middles(rows: Sequence[Sequence[Number]]) -> list[list[Number]]:
+    return [[x.mid() for x in row] for row in rows]
 
 
 def _rows(
@@ -128,31 +127,32 @@ def _rows(
     return [list(formula(case)(ar, interval * epoch)) for epoch in epochs]
 
 
-def _literal(
-    formula: Callable[[Any], RowFormula], case: Case, epochs: Sequence[int]
-) -> list[list[Number]] | str | None:
+def _literal(formulas: _Formulas, case: Case, epochs: Sequence[int]) -> list[list[Number]] | str | None:
     """Return the rows of a literal formula in 53 bits; None where it is not defined, "" where that breaks down."""
-    # Whether a divisor vanishes is decided with exact zeros and proven bounds, not in rounded arithmetic.
+    # Whether a divisor vanishes is decided with exact zeros and proven bounds, not in rounded arithmetic. The exact
+    # formula is defined everywhere.
     try:
-        with PiMonomialArithmetic(512) as balls:
-            _rows(balls, formula, case, epochs[:1])
+        if formulas.literal is not formulas.exact:
+            with PiMonomialArithmetic(512) as balls:
+                _rows(balls, formulas.literal, case, epochs[:1])
     except (NoRealModesError, ZeroDivisionError):
         return None
     try:
-        return _rows(MpArithmetic(_BINARY64_DIGITS), formula, case, epochs)
+        return _rows(MpArithmetic(_BINARY64_DIGITS), formulas.literal, case, epochs)
     except (NoRealModesError, ZeroDivisionError):
         return ""
 
 
-def _digits(ar: MpArithmetic, literal: Any, distance: Callable[[Sequence[Sequence[Number]]], Number]) -> float:
+def _digits(literal: Any, distance: Callable[[Sequence[Sequence[Number]]], Number]) -> float:
     if literal == "":
         return _ALL_DIGITS
-    units = distance([[ar.context.mpf(x) for x in row] for row in literal]) * 2**_BINARY64_BITS
-    return max(0.0, _rounded(ar.context.log10(units))) if units else 0.0
+    units = distance([[arb(float(x)) for x in row] for row in literal]) * 2**_BINARY64_BITS
+    return max(0.0, _rounded(units.log() / arb(10).log())) if units > 0 else 0.0
 
 
-def _norm(ar: MpArithmetic, vector: Sequence[Number]) -> Number:
-    return ar.sqrt(sum((x * x for x in vector), ar.number(0)))
+def _norm(vector: Sequence[Number]) -> Number:
+    """Return the length of a vector of exact numbers; the radius, of a last place, is of no account."""
+    return sum((x * x for x in vector), arb(0)).mid().sqrt().mid()
 
 
 def _rounded(x: Number) -> float:

@@ -7,7 +7,8 @@ are shifted once for each m, and the epochs of one shift are one matrix product.
 
 from __future__ import annotations
 
-from math import comb
+from itertools import accumulate, chain
+from operator import add
 
 import numpy as np
 from flint import acb, arb, arb_mat
@@ -16,7 +17,16 @@ from numpy.typing import NDArray
 from sinsdata.certified import RowFormula
 from sinsref.arithmetic import Number
 from sinsref.exact import ExactNumber
-from sinsref.exponential_sums import ExponentialSum, ExponentialSumArithmetic, Key, NotAnExponentialSumError, Table
+from sinsref.exponential_sums import (
+    ExponentialSum,
+    ExponentialSumArithmetic,
+    Key,
+    NotAnExponentialSumError,
+    Table,
+    ball_of_neglected,
+    real_half,
+    shifted,
+)
 
 
 class ScatteredTable:
@@ -43,19 +53,24 @@ class ScatteredTable:
         self._arithmetic = ExponentialSumArithmetic(bits)
         with self._arithmetic as ar:
             step = ar.number(interval)
-            self._part = step / parts
-            self._values = [ExponentialSum.of(value).terms for value in formula(ar, ar.time)]
+            self._interval, self._part = step, step / parts
+            halves = [real_half(ExponentialSum.of(value), ar.rates) for value in formula(ar, ar.time)]
             if any(not rate.real.is_zero() for rate in ar.rates):
                 raise NotAnExponentialSumError("epochs off the grid need oscillations that neither grow nor decay")
-            # A shift of time feeds the lower powers too. Of conjugate keys one stands for both.
-            self._powers: dict[Key, int] = {}
-            for power, key in (term for terms in self._values for term in terms):
-                if next((n for n in key if n), 1) > 0:
-                    self._powers[key] = max(power, self._powers.get(key, 0))
+            self._values, self._neglected = [kept for kept, _ in halves], [left for _, left in halves]
+            # A shift of time feeds the lower powers too.
+            powers = {
+                key: max(len(value.get(key, ())) for value in self._values) for value in self._values for key in value
+            }
             functions = [
-                part for key, most in self._powers.items() for p in range(most + 1) for part in _cosine_and_sine(p, key)
+                part for key, count in powers.items() for p in range(count) for part in _cosine_and_sine(p, key)
             ]
             self._table = Table(ar, functions, step)
+            #: Of each key its rate, and the place of its first function.
+            self._rates = {key: sum((ar.rates[j] * n for j, n in enumerate(key)), acb(0)) for key in powers}
+            widths = [count * (2 if key else 1) for key, count in powers.items()]
+            self._places = dict(zip(powers, accumulate(widths, initial=0), strict=False))
+            self._functions = len(functions)
         self._constants: dict[int, arb_mat] = {}
 
     def balls(self, first: int, shifts: NDArray[np.int64]) -> list[list[arb]]:
@@ -71,33 +86,39 @@ class ScatteredTable:
         width = len(self._values)
         with self._arithmetic:
             functions = list(zip(*self._table.balls(first, len(shifts)), strict=True))
+            start, end = self._interval * (first - 1), self._interval * (first + len(shifts))
+            neglected = [ball_of_neglected(terms, self._arithmetic.rates, start, end) for terms in self._neglected]
             rows: list[list[arb]] = [[]] * len(shifts)
             order = np.argsort(shifts, kind="stable")
             for group in np.split(order, np.flatnonzero(np.diff(shifts[order])) + 1):
                 places = group.tolist()
-                product = arb_mat([functions[place] for place in places]) * self._matrix(int(shifts[places[0]]))
-                entries = product.entries()
+                values = list(chain.from_iterable(functions[place] for place in places))
+                constants = self._matrix(int(shifts[places[0]]))
+                entries = (arb_mat(len(places), self._functions, values) * constants).entries()
                 for number, place in enumerate(places):
-                    rows[place] = entries[number * width : (number + 1) * width]
+                    row = entries[number * width : (number + 1) * width]
+                    rows[place] = list(map(add, row, neglected))
             return rows
 
     def _matrix(self, shift: int) -> arb_mat:
         """Return the constants of the values, a column each, at one shift."""
         if shift not in self._constants:
-            t, rates = self._part * shift, self._arithmetic.rates
-            columns: list[list[arb]] = [[] for _ in self._values]
-            for key, most in self._powers.items():
-                turn = (sum((rates[j] * n for j, n in enumerate(key)), acb(0)) * t).exp()
-                powers = [t**p for p in range(most + 1)]
-                for column, terms in zip(columns, self._values, strict=True):
-                    given = [terms.get((p, key), acb(0)) for p in range(most + 1)]
-                    for q in range(most + 1):
-                        # (s + t)^p holds s^q with the factor C(p, q) t^(p - q).
-                        parts = (given[p] * (comb(p, q) * powers[p - q]) for p in range(q, most + 1))
-                        constant = sum(parts, acb(0)) * turn
-                        # c e^(ix) + conj(c) e^(-ix) = 2 Re(c) cos x - 2 Im(c) sin x
-                        column += [2 * constant.real, -2 * constant.imag] if key else [constant.real]
-            self._constants[shift] = arb_mat([list(row) for row in zip(*columns, strict=True)])
+            t, zero = self._part * shift, arb(0)
+            turns = {key: (rate * t).exp() for key, rate in self._rates.items()}
+            width = len(self._values)
+            entries = [zero] * (self._functions * width)
+            for column, value in enumerate(self._values):
+                for key, coefficients in value.items():
+                    place = self._places[key] * width + column
+                    for coefficient in shifted(coefficients, t):
+                        constant = coefficient * turns[key]
+                        entries[place] = constant.real
+                        place += width
+                        if key:
+                            # Re(c e^(ix)) = Re(c) cos x - Im(c) sin x
+                            entries[place] = -constant.imag
+                            place += width
+            self._constants[shift] = arb_mat(self._functions, width, entries)
         return self._constants[shift]
 
 

@@ -71,7 +71,7 @@ class Digits:
     errors: _Array
 
 
-def exponents_of(balls: Sequence[arb]) -> NDArray[np.int64]:
+def exponents_of(balls: Sequence[arb], radii: _Array) -> NDArray[np.int64]:
     """Return for each ball an exponent e such that the ball lies within 2^e, certainly.
 
     Raises
@@ -81,7 +81,7 @@ def exponents_of(balls: Sequence[arb]) -> NDArray[np.int64]:
     """
     # Rounded up by far more than their few roundings; zero, and what underflows, counts as 1e-120.
     middles = np.abs(np.array(list(map(float, balls))))
-    magnitude = (middles + radii_of(balls)) * (1 + 2.0**-50) + 1e-120
+    magnitude = (middles + radii) * (1 + 2.0**-50) + 1e-120
     if not np.isfinite(magnitude).all():
         raise OutOfRangeError("a ball is not finite in binary64")
     exponents: NDArray[np.int64] = np.frexp(magnitude)[1].astype(np.int64)
@@ -93,13 +93,15 @@ def radii_of(balls: Sequence[arb]) -> _Array:
     return np.array(list(map(float, map(arb.rad, balls)))) * (1 + 2.0**-50) + 1e-300
 
 
-def cut(balls: Sequence[arb], exponents: NDArray[np.int64]) -> Digits:
+def cut(balls: Sequence[arb], radii: _Array, exponents: NDArray[np.int64]) -> Digits:
     """Cut balls into digits.
 
     Parameters
     ----------
     balls : sequence of arb
         n balls.
+    radii : ndarray, shape (n,)
+        As `radii_of` returns them.
     exponents : ndarray of int, shape (n,)
         Each at least one more than that of `exponents_of`.
 
@@ -108,13 +110,16 @@ def cut(balls: Sequence[arb], exponents: NDArray[np.int64]) -> Digits:
     OutOfRangeError
         If an exponent is beyond 500 in magnitude.
     """
-    radii = radii_of(balls)
     if np.abs(exponents).max(initial=0) > _MAXIMUM_EXPONENT:
         raise OutOfRangeError("a ball is too large or too small to be cut into digits")
     half = 1 << (_SHIFT - 1)
+    # The midpoints times 2^(200 - e), rounded down.
+    parts = list(map(arb.man_exp, map(arb.mid, balls)))
+    mantissas = [int(mantissa) for mantissa, _ in parts]
+    places = [int(exponent) + _SHIFT - e for (_, exponent), e in zip(parts, exponents.tolist(), strict=True)]
     packed = b"".join(
-        (_scaled(ball, _SHIFT - e) + half).to_bytes(_SHIFT // 8, "little")
-        for ball, e in zip(balls, exponents.tolist(), strict=True)
+        ((mantissa >> -place if place < 0 else mantissa << place) + half).to_bytes(_SHIFT // 8, "little")
+        for mantissa, place in zip(mantissas, places, strict=True)
     )
     b = np.frombuffer(packed, np.uint8).reshape(len(balls), ALL_DIGITS // 2, 5).astype(np.float64)
     high_nibble = np.floor(b[..., 2] / 16)
@@ -129,8 +134,9 @@ def cut(balls: Sequence[arb], exponents: NDArray[np.int64]) -> Digits:
 
 def cut_row(balls: Sequence[arb]) -> Digits:
     """Cut balls into digits with the smallest exponent and error that serve all of them."""
-    exponent = exponents_of(balls).max() + 1
-    row = cut(balls, np.full(len(balls), exponent))
+    radii = radii_of(balls)
+    exponent = exponents_of(balls, radii).max() + 1
+    row = cut(balls, radii, np.full(len(balls), exponent))
     return Digits(row.digits, exponent, row.errors.max())
 
 
@@ -141,13 +147,6 @@ def stacked(rows: Sequence[Digits]) -> Digits:
         np.array([row.exponents for row in rows]),
         np.array([row.errors for row in rows]),
     )
-
-
-def _scaled(ball: arb, shift: int) -> int:
-    """Return the midpoint times 2^shift, rounded down."""
-    mantissa, exponent = ball.mid().man_exp()
-    places = int(exponent) + shift
-    return int(mantissa) << places if places >= 0 else int(mantissa) >> -places
 
 
 class Product:
@@ -170,12 +169,13 @@ class Product:
         if terms > _MAXIMUM_TERMS:
             raise OutOfRangeError(f"a sum of {terms} products of digits is not exact")
         flat = [ball for row in left for ball in row]
-        own = exponents_of(flat).reshape(rows, terms)
+        radii = radii_of(flat)
+        own = exponents_of(flat, radii).reshape(rows, terms)
         # Products that are zero, or nearly, are cut at the same place as the smallest admissible ones.
         common = np.maximum((own + right.exponents).max(axis=1) + 1, -_MAXIMUM_EXPONENT)
         if common.max() > _MAXIMUM_EXPONENT:
             raise OutOfRangeError("a product of balls is too large for digits")
-        left_digits = cut(flat, (common[:, None] - right.exponents).ravel())
+        left_digits = cut(flat, radii, (common[:, None] - right.exponents).ravel())
         # The most significant digits come first on the left and last on the right: the pairs of digits whose places
         # add up to the same weight are then a leading part of one and a trailing part of the other.
         self._left = left_digits.digits[::-1].reshape(ALL_DIGITS, rows, terms).swapaxes(0, 1).reshape(rows, -1)

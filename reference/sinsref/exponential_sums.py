@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import zip_longest
-from math import comb
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -179,6 +178,43 @@ class ExponentialSumArithmetic(BallArithmetic):
         return x + arb(0, _constant(bound).abs_upper())
 
 
+#: Key, power, bound of the coefficient.
+Neglected: TypeAlias = list[tuple[Key, int, arb]]
+
+
+def real_half(column: ExponentialSum, rates: Sequence[acb]) -> tuple[dict[Key, list[acb]], Neglected]:
+    """Return the coefficients of a real sum by key and power, one of each conjugate pair of keys, doubled.
+
+    The sum is the real part of what they make. Terms that cancel leave a coefficient that contains zero: they are
+    returned apart, and count by their size alone.
+    """
+    half: dict[Key, list[acb]] = {}
+    for (power, key), coefficient in column.terms.items():
+        imaginary = [n if rates[j].real.is_zero() else 0 for j, n in enumerate(key)]
+        leading = next((n for n in imaginary if n), 0)
+        if leading < 0:
+            continue
+        coefficients = half.setdefault(key, [])
+        coefficients.extend([acb(0)] * (power + 1 - len(coefficients)))
+        coefficients[power] = coefficient * (2 if leading else 1)
+    neglected = []
+    for key, coefficients in half.items():
+        while coefficients and coefficients[-1].contains(0):
+            bound = coefficients.pop().abs_upper()
+            if bound:
+                neglected.append((key, len(coefficients), bound))
+    return {key: coefficients for key, coefficients in half.items() if coefficients}, neglected
+
+
+def ball_of_neglected(neglected: Neglected, rates: Sequence[acb], start: arb, end: arb) -> arb:
+    """Return a ball around zero that holds neglected terms at all times between two."""
+    farthest, total = abs(start).max(abs(end)), arb(0)
+    for key, power, bound in neglected:
+        growth = sum((rates[j].real * n for j, n in enumerate(key)), arb(0))
+        total += bound * farthest**power * (growth * start).exp().max((growth * end).exp())
+    return arb(0, total.abs_upper())
+
+
 class Table:
     """Values of real exponential sums at equidistant epochs.
 
@@ -203,7 +239,7 @@ class Table:
         self._fine_epochs = min(fine or FINE, FINE)
         # A real sum holds each oscillating term with its conjugate: one of the two is kept, doubled, and
         # the real part taken.
-        halves = [self._half(ExponentialSum.of(column)) for column in columns]
+        halves = [real_half(ExponentialSum.of(column), arithmetic.rates) for column in columns]
         self._columns, self._neglected = [kept for kept, _ in halves], [left for _, left in halves]
         self._keys = sorted({key for column in self._columns for key in column})
         self._rates = {
@@ -226,42 +262,10 @@ class Table:
         # Columns that few digits do not decide, met so far.
         self._hard: set[int] = set()
 
-    def _half(self, column: ExponentialSum) -> tuple[dict[Key, list[acb]], list[tuple[Key, int, arb]]]:
-        """Return the coefficients of a column, one of each conjugate pair of keys.
-
-        Terms that cancel leave a coefficient that contains zero: they count by their size alone.
-
-        Returns
-        -------
-        kept : dict
-            Key by key, the coefficients by power.
-        neglected : list of (key, power, bound of the coefficient)
-        """
-        half: dict[Key, list[acb]] = {}
-        for (power, key), coefficient in column.terms.items():
-            imaginary = [n if self._arithmetic.rates[j].real.is_zero() else 0 for j, n in enumerate(key)]
-            leading = next((n for n in imaginary if n), 0)
-            if leading < 0:
-                continue
-            coefficients = half.setdefault(key, [])
-            coefficients.extend([acb(0)] * (power + 1 - len(coefficients)))
-            coefficients[power] = coefficient * (2 if leading else 1)
-        neglected = []
-        for key, coefficients in half.items():
-            while coefficients and coefficients[-1].contains(0):
-                bound = coefficients.pop().abs_upper()
-                if bound:
-                    neglected.append((key, len(coefficients), bound))
-        return {key: coefficients for key, coefficients in half.items() if coefficients}, neglected
-
     def _ball_of_neglected(self, column: int, first: int, count: int) -> arb:
         """Return a ball around zero that holds the neglected terms of a column at all these epochs."""
         start, end = self._interval * first, self._interval * (first + count)
-        farthest, total = abs(start).max(abs(end)), arb(0)
-        for key, power, bound in self._neglected[column]:
-            growth = sum((self._arithmetic.rates[j].real * n for j, n in enumerate(key)), arb(0))
-            total += bound * farthest**power * (growth * start).exp().max((growth * end).exp())
-        return arb(0, total.abs_upper())
+        return ball_of_neglected(self._neglected[column], self._arithmetic.rates, start, end)
 
     def negligible_columns(self, first: int, count: int) -> NDArray[np.bool_]:
         """Return which columns are proved smaller than `sinsref.rounding.TINY` at the given epochs, as zeros are."""
@@ -296,7 +300,7 @@ class Table:
             for key, coefficients in column.items():
                 rows.extend((key, n) for n in range(len(coefficients) * (2 if key else 1)))
                 for place, (t, z) in enumerate(zip(times, exponentials[key], strict=True)):
-                    for factor in _shifted(coefficients, t):
+                    for factor in shifted(coefficients, t):
                         value: Any = factor * z
                         coarse[place].append(value.real)
                         if key:
@@ -386,14 +390,10 @@ def _assign(out: digit_products.Pairs, values: digit_products.Pairs) -> None:
         part[:] = given
 
 
-def _shifted(coefficients: list[acb], t: arb) -> list[acb]:
-    """Return the coefficients of the polynomial in s = time - t."""
-    if len(coefficients) == 1:
-        return coefficients
-    return [
-        sum(
-            (coefficients[p] * (comb(p, i) * t ** (p - i)) for p in range(i + 1, len(coefficients))),
-            coefficients[i],
-        )
-        for i in range(len(coefficients))
-    ]
+def shifted(coefficients: Sequence[acb], t: arb) -> list[acb]:
+    """Return the coefficients of a polynomial in time as one in s = time - t, by synthetic division."""
+    moved = list(coefficients)
+    for first in range(len(moved) - 1):
+        for p in range(len(moved) - 2, first - 1, -1):
+            moved[p] = moved[p] + moved[p + 1] * t
+    return moved

@@ -41,6 +41,9 @@ class PiMonomial:
         return value if self.power == 0 else value * arb.pi() ** self.power
 
     def __neg__(self) -> PiMonomial:
+        # Most of what meets here is zero, in this as in the other operations.
+        if not self._coefficient:
+            return self
         return _monomial(-self._coefficient, self.power)
 
     def __add__(self, other: Number) -> Number:
@@ -63,6 +66,8 @@ class PiMonomial:
         return self + (-other)
 
     def __rsub__(self, other: Number) -> Number:
+        if isinstance(other, arb):
+            return other - self.ball() if self._coefficient else other
         return (-self) + other
 
     def __mul__(self, other: Number) -> Number:
@@ -72,6 +77,8 @@ class PiMonomial:
         right = _as_monomial(other)
         if right is None:
             return NotImplemented
+        if not self._coefficient:
+            return self
         return _monomial(self._coefficient * right._coefficient, self.power + right.power)
 
     __rmul__ = __mul__

@@ -189,6 +189,7 @@ def patterns_hold(module):
     return module.shifts(samples, np.array(epochs)).tolist() == parts and module.PARTS == 1024
 
 
+_SPAN = "what is left out is 1e-50 at most, over any span of the motion: far below the rests"
 #: Mutants that compute the same values, and why.
 EQUIVALENT = {
     "_nonuniform_blocks: shape = (len(values), len(values[0])): 0 -> 1": "all rows have one length",
@@ -199,6 +200,13 @@ EQUIVALENT = {
     "__init__: self._powers[key] = max(power, self._powers.get(key, 0)): 0 -> 1": "a power more, with the constant 0",
     "_matrix: powers = [t ** p for p in range(most + 1)]: 1 -> 2": "a power more, which nothing uses",
     "_matrix: given = [terms.get((p, key), acb(0)) for p in range(most + 1)]: 1 -> 2": "a constant more, the same",
+    "balls: row = entries[number * width:(number + 1) * width]: 1 -> 2": "what is too much meets nothing",
+    "balls: start, end = (self._interval * (first - 1), self._interval * (first + len(shifts))): 1 -> 2": _SPAN,
+    "balls: start, end = (self._interval * (first - 1), self._interval * (first + len(shifts))): first - 1 -> first + 1": (
+        _SPAN
+    ),
+    "balls: start, end = (self._interval * (first - 1), self._interval * (first + len(shifts))): "
+    "first + len(shifts) -> first - len(shifts)": _SPAN,
     "_cosine_and_sine: back = ExponentialSum({(power, tuple((-n for n in key))): acb(1)}): 1 -> 2": "see the next",
     "_cosine_and_sine: return [(forth + back) / 2, (forth - back) * acb(0, -1) / 2]: forth + back -> forth - back": (
         "of conjugate terms a table reads one, and doubles it"
@@ -211,7 +219,8 @@ EQUIVALENT = {
 
 def scattered_holds(module):
     """The mutant in its place: the conventions import it."""
-    return rows_hold(load(source(conventions), conventions, {scattered.__name__: module}).TABLES["nonuniform"])
+    placed = load(source(conventions), conventions, {scattered.__name__: module})
+    return rows_hold(placed.TABLES["nonuniform"]) and rows_hold(placed.NONUNIFORM_TRUTH)
 
 
 @pytest.mark.parametrize(
