@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-import sinsdata.certified
+import sinsdata.truth.certified
 import sinsref.exponential_sums
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
-from sinsdata.certified import Block, blocks
+from sinsdata.truth.certified import Block, blocks
 from sinsdata.truth.formulas import (
     TRANSITION_ELEMENTS,
     WORKING_BITS,
@@ -211,7 +211,7 @@ def expected(tables: Tables) -> list[tuple[bytes, bytes]]:
 def test_values_do_not_depend_on_how_a_table_is_cut(
     tables: Tables, expected: list[tuple[bytes, bytes]], monkeypatch: pytest.MonkeyPatch, block: int, fine: int
 ) -> None:
-    monkeypatch.setattr(sinsdata.certified, "BLOCK", block)
+    monkeypatch.setattr(sinsdata.truth.certified, "BLOCK", block)
     monkeypatch.setattr(sinsref.exponential_sums, "FINE", fine)
     assert [_bytes(blocks_of(case, RoundingTally())) for blocks_of, case in tables] == expected
 
@@ -219,7 +219,7 @@ def test_values_do_not_depend_on_how_a_table_is_cut(
 def test_products_of_matrices_and_single_epochs_give_the_same_pairs(
     tables: Tables, expected: list[tuple[bytes, bytes]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sinsdata.certified, "_table", lambda *_: None)
+    monkeypatch.setattr(sinsdata.truth.certified, "_table", lambda *_: None)
     assert [_bytes(blocks_of(case, RoundingTally())) for blocks_of, case in tables] == expected
 
 
@@ -227,8 +227,8 @@ def test_only_the_misaligned_table_is_no_sum_of_exponentials(mapping: Any) -> No
     """Otherwise the comparison above would compare one path with itself."""
     equator = EquatorCase.from_mapping(mapping("equator_errors"))
     tilted = EquatorCase.from_mapping(mapping("equator_errors", misalignment=[[1e-6, 2e-6, 0]] * 3))
-    assert sinsdata.certified._table(equator_state(equator), equator.interval, WORKING_BITS, 9) is not None
-    assert sinsdata.certified._table(equator_state(tilted), tilted.interval, WORKING_BITS, 9) is None
+    assert sinsdata.truth.certified._table(equator_state(equator), equator.interval, WORKING_BITS, 9) is not None
+    assert sinsdata.truth.certified._table(equator_state(tilted), tilted.interval, WORKING_BITS, 9) is None
 
 
 @pytest.mark.parametrize(("first", "count"), [(0, 601), (1, 600), (255, 3), (256, 1), (599, 2), (123, 456)])
@@ -303,7 +303,7 @@ def test_a_column_of_zeros_is_proved_once(mapping: Any, monkeypatch: pytest.Monk
     case = DualPrecessionCase.from_mapping(mapping("dual_precession", **still, interval="1/16", duration=2))
     tallies = RoundingTally(), RoundingTally()
     at_once = _bytes(precession_blocks(case, tallies[0]))
-    monkeypatch.setattr(sinsdata.certified, "_negligible_columns", lambda *_: np.zeros(11, np.bool_))
+    monkeypatch.setattr(sinsdata.truth.certified, "_negligible_columns", lambda *_: np.zeros(11, np.bool_))
     assert _bytes(precession_blocks(case, tallies[1])) == at_once
     assert tallies[0].raised == tallies[1].raised
     # Row by row the zero of the first epoch is known exactly.

@@ -10,8 +10,8 @@ import pytest
 
 from sinsbench.subjects.equator_formulas import transition_matrix
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
-from sinsdata.difficulty import difficulty as computed_difficulty
 from sinsdata.tiers import standard_cases, stratum_of
+from sinsdata.tiers.difficulty import difficulty as computed_difficulty
 from sinsdata.truth.formulas import equator_state
 from sinsref.arithmetic import MpArithmetic
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from sinsdata.cases import CaseError, ErrorEquationCase
-from sinsdata.certified import Block
 from sinsdata.tiers.error_equations import (
     ERROR_EQUATION_STRATA,
     error_equation_paper_cases,
     error_equation_standard_cases,
 )
 from sinsdata.truth import error_equations as error_equation_truth
+from sinsdata.truth.certified import Block
 from sinsdata.truth.error_equations import error_equation_blocks, recomputed
 from sinsref.rounding import RoundingTally, UndecidedError
 

@@ -101,11 +101,11 @@ def test_some_tables_only(tmp_path: Path) -> None:
 MEMORY = """
 import resource, sys
 from pathlib import Path
-import sinsdata.certified
+import sinsdata.truth.certified
 from rehearsals import TABLES, cone
 from sinsdata.generation.generate import generate
 
-sinsdata.certified.BLOCK = 8192
+sinsdata.truth.certified.BLOCK = 8192
 made = generate("dual_precession", "sweep", [cone(int(sys.argv[2]))], Path(sys.argv[1]), tables=TABLES)
 rows = sum(made.manifest["tables"][table]["rows"] for table in ("increments", "truth"))
 print(rows, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024))

@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
-from sinsdata.certified import RowFormula, blocks
 from sinsdata.tiers import CaseFileError, cases_of, paper_cases, short_cases, standard_cases, stratum_of
 from sinsdata.tiers.strata import STRATA, Draw, Stratum
 from sinsdata.tiers.strata.declaration import sampling
+from sinsdata.truth.certified import RowFormula, blocks
 from sinsdata.truth.formulas import (
     WORKING_BITS,
     equator_bits,

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from mutants import load, source, survivors
-from sinsdata import certified, scattered
 from sinsdata.cases import DualPrecessionCase
-from sinsdata.truth import conventions, irregular
+from sinsdata.truth import certified, conventions, irregular, scattered
 from sinsdata.truth.formulas import precession_formula
 from sinsref.arithmetic import MpArithmetic
 from sinsref.rounding import RoundingTally
@@ -196,15 +195,10 @@ EQUIVALENT = {
     "_true_blocks: shape = (len(values), len(values[0])): 0 -> 1": "all rows have one length",
     "_nearest_count: exact.power == 0: 0 -> 1": "balls find the same, at the highest precision",
     "_counts: whole = np.where(undecided, 0.0, counts).astype(np.int64).astype(object): 0.0 -> 0.0": "no change",
-    "__init__: next((n for n in key if n), 1) > 0: 1 -> 2": "only the sign counts",
-    "__init__: self._powers[key] = max(power, self._powers.get(key, 0)): 0 -> 1": "a power more, with the constant 0",
-    "_matrix: powers = [t ** p for p in range(most + 1)]: 1 -> 2": "a power more, which nothing uses",
-    "_matrix: given = [terms.get((p, key), acb(0)) for p in range(most + 1)]: 1 -> 2": "a constant more, the same",
     "balls: row = entries[number * width:(number + 1) * width]: 1 -> 2": "what is too much meets nothing",
     "balls: start, end = (self._interval * (first - 1), self._interval * (first + len(shifts))): 1 -> 2": _SPAN,
-    "balls: start, end = (self._interval * (first - 1), self._interval * (first + len(shifts))): first - 1 -> first + 1": (
-        _SPAN
-    ),
+    "balls: start, end = (self._interval * (first - 1), self._interval * (first + len(shifts))): "
+    "first - 1 -> first + 1": _SPAN,
     "balls: start, end = (self._interval * (first - 1), self._interval * (first + len(shifts))): "
     "first + len(shifts) -> first - len(shifts)": _SPAN,
     "_cosine_and_sine: back = ExponentialSum({(power, tuple((-n for n in key))): acb(1)}): 1 -> 2": "see the next",

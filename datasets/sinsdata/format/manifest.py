@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,17 @@ from sinsref.rounding import RoundingTally
 
 NAME = "manifest.json"
 #: Packages whose versions decide on the bytes of a dataset.
-MAKERS = ("sinsbench", "pyarrow", "python-flint")
+_MAKERS = ("sinsbench", "pyarrow", "python-flint")
 
 
 class DatasetError(ValueError):
     """A folder is not a dataset that this version reads; the message says which and why."""
+
+
+@cache
+def makers() -> dict[str, str]:
+    """Return the versions of the packages that decide what the files are."""
+    return {name: version(name) for name in _MAKERS}
 
 
 def compose(
@@ -57,7 +64,7 @@ def compose(
         "source": about.source,
         "doi": about.doi,
         "license": "CC0-1.0",
-        "generator": {name: version(name) for name in MAKERS},
+        "generator": makers(),
         "specification": specification,
         "certification": {
             "method": "ball arithmetic; x nearest binary64, x + x_lo within 1e-30 relative, both proved",

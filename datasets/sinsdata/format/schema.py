@@ -278,6 +278,11 @@ def without_provenance(schema: pa.Schema) -> pa.Schema:
 
 
 @cache
+def _generator() -> str:
+    return version("sinsbench")
+
+
+@cache
 def arrow_schema(dataset: str, table: str) -> pa.Schema:
     """Return the Arrow schema of a table, metadata included."""
     import pyarrow as pa
@@ -293,7 +298,7 @@ def arrow_schema(dataset: str, table: str) -> pa.Schema:
         "digits": "32",
         "parameters": json.dumps(about.parameters),
         "license": "CC0-1.0",
-        "generator": f"sinsbench {version('sinsbench')}",
+        "generator": f"sinsbench {_generator()}",
     }
     fields = [field for column in about.tables[table] for field in column.fields()]
     return pa.schema(fields, metadata={key: value for key, value in metadata.items() if value})

@@ -7,14 +7,13 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinsdata.cases import Case
 from sinsdata.format.case_columns import texts
-from sinsdata.format.manifest import MAKERS
+from sinsdata.format.manifest import makers
 from sinsdata.format.schema import DATASETS, FORMAT
 from sinsdata.generation.tables import Segment, TableGroup, groups_of
 
@@ -106,7 +105,7 @@ class Specification:
         about = [
             FORMAT, self.dataset, DATASETS[self.dataset].version, self.tier,
             [(group.tables, group.shard_rows) for group in self.groups],
-            [version(name) for name in MAKERS],
+            list(makers().values()),
         ]  # fmt: skip
         digest.update(json.dumps(about).encode())
         rows = [np.zeros(len(self.cases) + 1, dtype=np.int64) for _ in self.groups]

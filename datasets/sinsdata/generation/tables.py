@@ -15,11 +15,11 @@ import numpy as np
 import pyarrow as pa
 
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase, ErrorEquationCase
-from sinsdata.certified import Block, RowFormula, blocks
-from sinsdata.difficulty import difficulty
 from sinsdata.format.case_columns import parameters
 from sinsdata.format.schema import DATASETS, arrow_schema
 from sinsdata.tiers import TIERS_WITH_STRATA, stratum_name
+from sinsdata.tiers.difficulty import difficulty
+from sinsdata.truth.certified import Block, RowFormula, blocks
 from sinsdata.truth.conventions import NONUNIFORM_TRUTH, InputTable
 from sinsdata.truth.conventions import TABLES as INPUT_TABLES
 from sinsdata.truth.error_equations import error_equation_blocks, recomputed

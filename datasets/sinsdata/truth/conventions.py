@@ -19,10 +19,10 @@ from flint import arb
 from numpy.typing import NDArray
 
 from sinsdata.cases import DualPrecessionCase
-from sinsdata.certified import BLOCK, Block, RowFormula, blocks
-from sinsdata.scattered import ScatteredTable
+from sinsdata.truth.certified import BLOCK, Block, RowFormula, blocks
 from sinsdata.truth.formulas import WORKING_BITS, increment_formula, precession_formula
 from sinsdata.truth.irregular import PARTS, arrived, arrived_count, shifts
+from sinsdata.truth.scattered import ScatteredTable
 from sinsref.arithmetic import Arithmetic, BallArithmetic, MpArithmetic, Number
 from sinsref.pi_monomials import PiMonomial, PiMonomialArithmetic
 from sinsref.precession import (

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinsdata.cases.error_equations import ErrorEquationCase
-from sinsdata.certified import Block
+from sinsdata.truth.certified import Block
 from sinsref.arithmetic import Arithmetic, BallArithmetic, MpArithmetic, Number
 from sinsref.earth import SEMI_MAJOR_AXIS
 from sinsref.enclosure import enclosed_states

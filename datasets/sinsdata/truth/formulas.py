@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from sinsdata.cases import DualPrecessionCase, EquatorCase, whole_intervals
-from sinsdata.certified import Block, RowFormula, blocks
+from sinsdata.truth.certified import Block, RowFormula, blocks
 from sinsref.arithmetic import Arithmetic, BallArithmetic, Number
 from sinsref.equator import COUPLED, EquatorModel, guard_bits, transition
 from sinsref.equator_forced import Misalignment, solution

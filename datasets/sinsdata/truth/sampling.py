@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinsdata.cases import CaseError, DualPrecessionCase, EquatorCase, whole_intervals
-from sinsdata.certified import Block, blocks
+from sinsdata.truth.certified import Block, blocks
 from sinsdata.truth.conventions import TABLES, Convention, known_convention, nonuniform_time
 from sinsdata.truth.formulas import WORKING_BITS, equator_blocks, precession_formula
 from sinsref.arithmetic import Arithmetic, Number

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sinsdata.format.manifest import MAKERS, NAME, all_files, is_sealed, read_manifest, table_files
+from sinsdata.format.manifest import NAME, all_files, is_sealed, makers, read_manifest, table_files
 from sinsdata.format.schema import DATASETS, arrow_schema, without_provenance
 from sinsdata.format.storage import file_hash
 from sinsdata.generation import digits
@@ -225,4 +224,4 @@ def _times(worst: Worst) -> str:
 
 def _same_versions(manifest: Mapping[str, Any]) -> bool:
     """Return whether the packages installed here made a dataset: they are part of what it was made for."""
-    return bool(manifest.get("generator") == {name: version(name) for name in MAKERS})
+    return bool(manifest.get("generator") == makers())

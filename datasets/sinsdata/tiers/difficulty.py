@@ -14,7 +14,7 @@ from typing import Any
 from flint import arb
 
 from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
-from sinsdata.certified import RowFormula
+from sinsdata.truth.certified import RowFormula
 from sinsdata.truth.formulas import WORKING_BITS, equator_bits, equator_state, precession_formula
 from sinsref.arithmetic import Arithmetic, BallArithmetic, MpArithmetic, Number
 from sinsref.equator import EquatorModel

@@ -14,7 +14,7 @@ import numpy as np
 from flint import acb, arb, arb_mat
 from numpy.typing import NDArray
 
-from sinsdata.certified import RowFormula
+from sinsdata.truth.certified import RowFormula
 from sinsref.arithmetic import Number
 from sinsref.exact import ExactNumber
 from sinsref.exponential_sums import (
