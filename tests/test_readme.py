@@ -11,38 +11,60 @@ from sinsbench.cli import run
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+DATASETS = (ROOT / "docs" / "datasets.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", page, flags=re.DOTALL)
 
 
-def commands() -> list[str]:
-    return [line for block in blocks("console") for line in block.splitlines()]
+def commands(page: str) -> list[str]:
+    return [line for block in blocks(page, "console") for line in block.splitlines()]
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    (tmp_path / "my.toml").write_text(blocks("toml")[0])
+    (tmp_path / "my.toml").write_text(blocks(README, "toml")[0])
+    (tmp_path / "sweep.toml").write_text(blocks(DATASETS, "toml")[0])
     return tmp_path
 
 
 def test_the_two_commands_are_the_first() -> None:
-    assert commands()[:2] == ["python -m pip install . && sinsbench reproduce", "python -m pip install tox && tox"]
+    first = ["python -m pip install . && sinsbench reproduce", "python -m pip install tox && tox"]
+    assert commands(README)[:2] == first
 
 
-def test_every_command_runs_and_so_does_the_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for command in commands()[2:]:
+def run_all(page: str, first: int) -> None:
+    for command in commands(page)[first:]:
         program, *arguments = shlex.split(command)
         assert program == "sinsbench"
         assert run(arguments) == 0, command
+
+
+def printed(page: str, capsys: pytest.CaptureFixture[str]) -> str:
+    capsys.readouterr()
+    (example,) = blocks(page, "python")
+    exec(compile(example, "page", "exec"), {})  # the example itself
+    return capsys.readouterr().out
+
+
+def test_every_command_of_the_readme_runs_and_so_does_the_python(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_all(README, 2)
     drawn = (folder / "orders.svg").read_text()
     assert "largest attitude error, rad" in drawn
-    capsys.readouterr()
-    exec(compile(blocks("python")[0], "README.md", "exec"), {})  # the example itself
-    assert capsys.readouterr().out.endswith("m/s\n")
+    assert printed(README, capsys).endswith(" rad\n")
+
+
+def test_every_command_of_the_datasets_page_runs_and_so_does_the_python(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_all(DATASETS, 0)
+    assert (folder / "checks.json").exists()
+    assert printed(DATASETS, capsys).endswith(" m\n")
 
 
 def test_the_table_is_that_of_the_main_job(folder: Path) -> None:

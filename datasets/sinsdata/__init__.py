@@ -1,6 +1,6 @@
 """Ground-truth datasets: cases, certified generation, Parquet, manifests, verification, publishing and loading.
 
-`load` opens a published dataset; everything else is in the modules.
+`load` gets a published dataset, `Dataset(folder)` opens one that is on disk; everything else is in the modules.
 """
 
 from __future__ import annotations
@@ -31,3 +31,11 @@ def load(dataset: str, tier: str = "paper", **options: Any) -> Dataset:
     from sinsdata.publishing.loading import load as load_dataset
 
     return load_dataset(dataset, tier, **options)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "Dataset":
+        from sinsdata.publishing.loading import Dataset
+
+        return Dataset
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

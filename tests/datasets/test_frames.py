@@ -7,7 +7,7 @@ import pytest
 from sinsdata.cases import EquatorCase
 from sinsdata.format.manifest import DatasetError
 from sinsdata.generation.generate import generate
-from sinsdata.publishing.frames import read_frame
+from sinsdata.publishing.loading import Dataset
 
 CASE = {
     "v_east": 600, "height": 10000, "duration": 600, "interval": 60,
@@ -22,7 +22,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_frame_keeps_units_descriptions_and_frames(folder: Path) -> None:
-    frame = read_frame(folder, "truth")
+    frame = Dataset(folder).frame("truth")
     assert len(frame) == 22
     assert frame.attrs["units"]["dv_up"] == frame.attrs["units"]["dv_up_lo"] == "m/s"
     assert frame.attrs["descriptions"]["d_height"] == "error of the height"
@@ -31,7 +31,7 @@ def test_a_frame_keeps_units_descriptions_and_frames(folder: Path) -> None:
 
 
 def test_a_frame_of_one_case(folder: Path) -> None:
-    frame = read_frame(str(folder), "truth", ["second"])
+    frame = Dataset(str(folder)).frame("truth", ["second"])
     assert set(frame["case"]) == {"second"}
     assert len(frame) == 11
 
@@ -41,4 +41,4 @@ def test_a_frame_of_one_case(folder: Path) -> None:
 )
 def test_what_is_not_there_is_named_with_what_is(folder: Path, table: str, cases: list[str] | None, hint: str) -> None:
     with pytest.raises(DatasetError, match=hint):
-        read_frame(folder, table, cases)
+        Dataset(folder).frame(table, cases)

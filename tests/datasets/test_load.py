@@ -20,7 +20,6 @@ from sinsdata.generation.generate import Generated
 from sinsdata.publishing import loading
 from sinsdata.publishing.archives import ArchiveError
 from sinsdata.publishing.fetch import UnavailableError
-from sinsdata.publishing.frames import read_frame
 from sinsdata.publishing.loading import Dataset, load
 from sinsdata.publishing.publish import publish
 
@@ -68,7 +67,7 @@ def test_rows_of_a_case_as_table_frame_and_arrays(dataset: Dataset) -> None:
     frame = dataset.frame("truth", ["other"])
     assert frame.equals(rows.reset_index(drop=True))
     assert frame.attrs["units"]["w_body_x"] == "m/s"
-    assert read_frame(dataset.folder, "truth", ["other"]).equals(frame)
+    assert sinsdata.Dataset(dataset.folder).frame("truth", ["other"]).equals(frame)
     arrays = dataset.arrays("truth", "other")
     assert set(arrays) == set(frame.columns) - {"case"}
     for name, values in arrays.items():
