@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,14 @@ from hypothesis import strategies as st
 
 from sinsdata.cases import CASE_CLASSES, Case
 from sinsdata.format.schema import DATASETS
+from sinsdata.generation.generate import generate
 from sinsdata.generation.tables import GROUPS, Segment, TableGroup, series_batches
 from sinsdata.truth.conventions import QUANTA, TABLES
 from sinsdata.verification.double_double import DoubleDouble, nearest
 from sinsdata.verification.invariants import CASE_INVARIANTS, INVARIANTS
 from sinsdata.verification.residuals import Invariant
 from sinsdata.verification.stored_rows import Stretch, TableLayout, Window, stretches
+from sinsdata.verification.verify import verify
 from sinsref.arithmetic import MpArithmetic
 from sinsref.rounding import RoundingTally
 
@@ -94,6 +97,13 @@ def test_relations_hold_with_digits_to_spare(dataset: str) -> None:
     for invariant in _known(dataset):
         limit = 1.0 if "at most" in invariant.name else 0.1
         assert _excess(invariant, _window(dataset)) <= limit, invariant.name
+
+
+def test_exact_zeros_of_the_initial_attitude_are_zeros(mapping: Any, tmp_path: Path) -> None:
+    """cos(pi/2) is 0, of which mpmath leaves 1e-80."""
+    case = CASE_CLASSES["dual_precession"].from_mapping(mapping("dual_precession", nutation="pi", duration="0.5"))
+    folder = generate("dual_precession", "sweep", [case], tmp_path).folder
+    assert [check for check in verify(folder) if not check.holds] == []
 
 
 def _beside(relative: float) -> Callable[[float], float]:

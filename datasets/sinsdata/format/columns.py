@@ -16,6 +16,8 @@ _ACCURACY_LO = (
 _ACCURACY_EXACT = "exact"
 _ACCURACY_NEAREST = "the binary64 nearest to the exact value, which stands in {name}_exact"
 _ACCURACY_MEASURE = "two significant digits"
+_ACCURACY_WHOLE = "exact: a whole number of quanta, of which ball arithmetic proves how many"
+_ACCURACY_WHOLE_LO = "exact; 0 where binary64 holds the number of quanta"
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class Column:
     kind : {"pair", "key", "index", "parameter", "measure"}
         A pair becomes two fields, x and x_lo; a parameter becomes its nearest binary64 and the exact text
         ``x_exact``; a measure is one field, meant for sorting.
+    whole : bool
+        Whether a pair is a whole number of quanta, and so exact.
     """
 
     name: str
@@ -40,6 +44,7 @@ class Column:
     description: str
     frame: str = ""
     kind: str = "pair"
+    whole: bool = False
 
     def fields(self) -> list[pa.Field]:
         """Return the Arrow fields, with unit, description, frame and accuracy as metadata."""
@@ -65,11 +70,11 @@ class Column:
                 field(f"{self.name}_exact", pa.string(), _ACCURACY_EXACT, f"exact value: {self.description}"),
             ]
         return [
-            field(self.name, pa.float64(), _ACCURACY, self.description),
+            field(self.name, pa.float64(), _ACCURACY_WHOLE if self.whole else _ACCURACY, self.description),
             field(
                 f"{self.name}_lo",
                 pa.float64(),
-                _ACCURACY_LO.format(name=self.name),
+                _ACCURACY_WHOLE_LO if self.whole else _ACCURACY_LO.format(name=self.name),
                 f"rest: {self.description}",
             ),
         ]

@@ -87,7 +87,7 @@ _TRAVEL = (
     Column("v_north", "m/s", "velocity north over the Earth", "north-up-east"),
     Column("v_up", "m/s", "velocity up", "north-up-east"),
     Column("v_east", "m/s", "velocity east over the Earth", "north-up-east"),
-    Column("height", "m", "height above the ellipsoid"),
+    Column("height", "m", "height: a + height is the semi-major axis of the similar ellipsoid through the place"),
     Column("latitude", "rad", "geodetic latitude"),
     Column("longitude", "rad", "longitude"),
     Column("force_north", "m/s^2", "specific force north", "north-up-east"),
@@ -186,9 +186,12 @@ _CONVENTIONS = {
     ),
     "nonuniform": (Column("interval", "s", "length of the sample"), *_INCREMENTS),
     "dropped": _INCREMENTS,
-    "quantised": (
-        *_vector("angle", "rad", "increment of the accumulated angle, rounded to whole quanta of 2^-20 rad"),
-        *_vector("velocity", "m/s", "increment of the accumulated velocity, rounded to whole quanta of 2^-12 m/s"),
+    "quantised": tuple(
+        replace(column, whole=True)
+        for column in (
+            *_vector("angle", "rad", "increment of the accumulated angle, rounded to whole quanta of 2^-20 rad"),
+            *_vector("velocity", "m/s", "increment of the accumulated velocity, rounded to whole quanta of 2^-12 m/s"),
+        )
     ),
 }
 _ATTITUDE = (

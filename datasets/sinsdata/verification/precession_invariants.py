@@ -59,7 +59,9 @@ def _initial_values(case: DualPrecessionCase) -> DoubleDouble:
     else:
         given = [ar.number(x) for x in case.initial_attitude]
         attitude = [x / ar.sqrt(dot(given, given)) for x in given]
-    return nearest([*attitude, *map(ar.number, case.initial_velocity)])
+    # Parameters are 0 or at least 1e-30: what is smaller is what mpmath leaves of an exact zero, as of cos(pi/2).
+    unit = [x if abs(x) > 1e-60 else ar.number(0) for x in attitude]
+    return nearest([*unit, *map(ar.number, case.initial_velocity)])
 
 
 def _starts_as_given(window: Window, table: str = "truth") -> Residuals:
