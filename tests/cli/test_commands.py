@@ -13,6 +13,7 @@ import pytest
 from sinsbench.cli import run
 from sinsbench.cli.output import Output, cell
 from sinsbench.scoring.score import SCORE_FIELDS
+from sinsdata.publishing.loading import SHORT as SHORT_TIER
 
 SHORT = """
 [[case]]
@@ -128,6 +129,21 @@ BAD = {
     "file without that function": (["score", "mine.py:fly", "--on", "dual_precession"], "still"),
     "file that does not import": (["score", "broken.py:f", "--on", "dual_precession"], "broken.py, line 3"),
     "missing subject file": (["score", "none.py:f", "--on", "dual_precession"], "none.py"),
+    "dataset without subjects": (["score", "--on", "error_equations"], "no subjects are scored on error_equations yet"),
+    "folder of such a dataset": (
+        ["score", "--on", str(SHORT_TIER / "error_equations")],
+        "admissible: dual_precession, eq",
+    ),
+    "empty output": (["generate", "dual_precession", "--cases", "short.toml", "--out", ""], "--out"),
+    "empty output of fetch": (["fetch", "dual_precession", "--out", ""], "local folder"),
+    "output of export on a URI": (["export", "empty", "--out", "s3://b/x"], "local folder"),
+    "no address": (["generate", "dual_precession", "--scheduler", "foo"], "scheme://host:port"),
+    "verify a URI": (["verify", "s3://b/x"], "s3://b/x: datasets are read from local folders"),
+    "score on a URI": (["score", "panov6", "--on", "s3://b/x"], "s3://b/x: datasets are read from local folders"),
+    "publish a URI": (["publish", "s3://b/x", "--out", "o"], "s3://b/x: datasets are read from local folders"),
+    "export a URI": (["export", "s3://b/x", "--out", "o"], "s3://b/x: datasets are read from local folders"),
+    "unknown tier to fetch": (["fetch", "dual_precession", "--tier", "gold"], "admissible: paper, standard, short"),
+    "no such bundle": (["fetch", "dual_precession", "--from", "nowhere"], "nowhere: no such folder"),
     "unknown case": (["score", "panov6", "--case", "variant9"], "variant1_coning"),
     "unknown paper": (["claims", "newton1687"], "loginov2013"),
     "unknown verdict": (["claims", "--verdict", "perhaps"], "misprint"),
@@ -216,6 +232,8 @@ def test_cite_prints_bibtex(capsys: pytest.CaptureFixture[str]) -> None:
     assert "@software{sinsbench" in printed
     assert "lebedev1989" in printed
     assert "loginov2013" not in printed
+    assert run(["cite", "error_equations"]) == 0
+    assert "loginov2013" in capsys.readouterr().out
 
 
 def test_help_loads_nothing_heavy() -> None:

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 from sinsbench.cli import run
+from sinsdata.generation.specification import Specification
+from sinsdata.tiers import cases_of
 
 CASES = """
 [[case]]
@@ -45,7 +47,7 @@ def test_workers_and_parts_give_the_same_content(generate: Any, capsys: pytest.C
     assert (status, sorted(row["table"] for row in rows)) == (0, ["cases", "increments", "truth"])
     assert generate("two", "--workers", "2") == (0, rows)
     assert generate("parts", "--shard", "2/2") == (0, [])
-    assert "1 of 3 parts are there" in " ".join(capsys.readouterr().out.split())
+    assert "1 of 3 files are there" in " ".join(capsys.readouterr().out.split())
     assert generate("parts", "--shard", "1/2") == (0, rows)
     assert generate("one") == (0, rows)
     assert "It was there already, byte for byte." in capsys.readouterr().out
@@ -66,3 +68,15 @@ def test_wrong_options(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in captured.err
+
+
+def test_files_are_counted_and_not_the_parts_that_have_several(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["generate", "error_equations", "--tier", "short", "--out", str(tmp_path), "--shard", "1/2"]
+    assert run(command) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    specification = Specification("error_equations", "short", cases_of("error_equations", "short"))
+    files = [len(shard.files) for shard in specification.shards]
+    assert sum(files) > len(files)
+    assert f"{sum(files[::2])} of {sum(files)} files are there" in printed

@@ -15,7 +15,7 @@ import pytest
 
 from rehearsals import PATIENCE, beside, eventually, make, snapshot, sound
 from sinsbench.cli import run
-from sinsdata.generation.workers import WorkerError
+from sinsdata.generation.workers import WorkerError, check_workers
 
 
 @dataclass(frozen=True)
@@ -92,6 +92,17 @@ def test_a_worker_is_killed_midway_and_then_the_scheduler(
     assert rest.manifest == undisturbed.manifest
 
 
+def test_a_scheduler_without_workers_is_given_up(
+    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for worker in cluster.workers:
+        worker.kill()
+        worker.wait(PATIENCE)
+    monkeypatch.setattr("sinsdata.generation.workers._FIRST_WORKER", 5)
+    with pytest.raises(WorkerError, match="the scheduler has had no worker for 5 s"):
+        make(tmp_path, scheduler=cluster.address)
+
+
 def test_the_command_line_without_a_scheduler(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     status = run([
         "generate", "dual_precession", "--tier", "short", "--out", str(tmp_path), "--scheduler", "tcp://127.0.0.1:9",
@@ -99,3 +110,18 @@ def test_the_command_line_without_a_scheduler(capsys: pytest.CaptureFixture[str]
     captured = capsys.readouterr()
     assert (status, captured.out) == (2, "")
     assert captured.err.startswith("sinsbench: tcp://127.0.0.1:9: no Dask scheduler answers")
+
+
+@pytest.mark.parametrize(
+    "address", ["foo", "tcp://", "foo://h:1", "tcp://h", "tcp://h:x", "tcp://h:99999", "tcp://:1", "127.0.0.1:8786", ""]
+)
+def test_what_is_no_address_is_refused_before_anything_is_done(address: str, tmp_path: Path) -> None:
+    with pytest.raises(WorkerError, match="must be scheme://host:port"):
+        make(tmp_path / "out", scheduler=address)
+    assert not (tmp_path / "out").exists()
+
+
+def test_processes_and_a_scheduler_exclude_one_another() -> None:
+    check_workers(1, "tcp://127.0.0.1:8786")
+    with pytest.raises(WorkerError, match="--workers and --scheduler exclude one another"):
+        check_workers(2, "tcp://127.0.0.1:8786")

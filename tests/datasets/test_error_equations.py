@@ -17,7 +17,7 @@ from sinsdata.tiers.error_equations import (
 )
 from sinsdata.truth import error_equations as error_equation_truth
 from sinsdata.truth.certified import Block
-from sinsdata.truth.error_equations import error_equation_blocks, recomputed
+from sinsdata.truth.error_equations import error_equation_blocks, recomputed_rows
 from sinsref.rounding import RoundingTally, UndecidedError
 
 GIVEN: dict[str, Any] = {
@@ -61,11 +61,22 @@ def test_rows_agree_with_the_second_path(motion: str) -> None:
     of = case(**MOTIONS[motion])
     block, tally = rows(of)
     assert tally.values == block.high.size + len(block.index)
-    for row in (0, 2):
-        time, *values = recomputed(of, row)
+    for row, (time, *values) in enumerate(recomputed_rows(of, range(4))):
         assert float(time) == block.time[row] == 40.0 * row
         for value, high, low in zip(values, block.high[row], block.low[row], strict=True):
             assert abs(value - high - low) <= 1e-30 * abs(value) + 1e-50 * 5000
+
+
+def test_the_second_path_gives_the_same_rows_whichever_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several epochs in a step, one that is not reached at once, and steps of another length: to 45 digits."""
+    of = case(**TURN, duration=24, interval="4")
+    every = list(recomputed_rows(of, range(7)))
+    assert list(recomputed_rows(of, [0, 3, 6])) == [every[0], every[3], every[6]]
+    assert list(recomputed_rows(of, [])) == []
+    monkeypatch.setattr(error_equation_truth, "_plain_step", lambda _: 6.0)
+    (finer,) = recomputed_rows(of, [6])
+    for x, y in zip(finer, every[6], strict=True):
+        assert abs(x - y) <= 1e-45 * abs(x) + 1e-55 * 5000
 
 
 def test_columns_are_motion_truth_nonlinear_and_linearisation() -> None:
@@ -85,8 +96,10 @@ def test_columns_are_motion_truth_nonlinear_and_linearisation() -> None:
 
 
 def test_what_is_exactly_zero_is_stored_as_zero() -> None:
-    parallel, _ = rows(case(**MOTIONS["parallel"]))
+    parallel, tally = rows(case(**MOTIONS["parallel"]))
     assert not parallel.high[:, [0, 1, 8]].any()  # v_N, v_H, force east
+    # They are counted, with the error of the linear theory at the start.
+    assert tally.exact_zeros == 3 * 4 + 6 == (parallel.high == 0).sum()
     meridian, _ = rows(case(**MOTIONS["meridian"]))
     assert not meridian.high[:, [1, 2]].any()
     assert np.all(meridian.high[:, 5] == 0.5)
@@ -102,6 +115,7 @@ def test_a_velocity_that_passes_through_zero_on_an_epoch_is_zero_there() -> None
     assert block.high[1, 0] == block.high[4, 2] == 0
     assert block.high[1, 2] == -block.high[4, 0] == 250
     assert tally.raised == 2
+    assert (tally.exact_zeros, tally.bounded_zeros) == (2 + 6, 0)
 
 
 def test_a_part_of_the_rows_is_the_part_of_all_rows(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,8 +134,9 @@ def test_rows_do_not_depend_on_the_working_precision(monkeypatch: pytest.MonkeyP
     enough, tally = rows(case())
     assert tally.raised == 0
     monkeypatch.setattr(error_equation_truth, "WORKING_BITS", 150)
-    raised, tally = rows(case())
-    assert tally.raised > 0
+    raised, tally_raised = rows(case())
+    assert tally_raised.raised > 0
+    assert tally_raised.exact_zeros == tally.exact_zeros
     assert np.array_equal(raised.high, enough.high)
     assert np.array_equal(raised.low, enough.low)
     monkeypatch.setattr(error_equation_truth, "ESCALATION", (1,))

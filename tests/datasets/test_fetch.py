@@ -22,9 +22,10 @@ from sinsdata.cases import EquatorCase
 from sinsdata.generation.generate import Generated, generate
 from sinsdata.publishing import fetch as fetching
 from sinsdata.publishing.archives import unpack
-from sinsdata.publishing.fetch import FetchError, UnavailableError, fetch, generate_instead, is_sound
+from sinsdata.publishing.fetch import FetchError, UnavailableError, fetch, generate_instead
 from sinsdata.publishing.publish import publish
 from sinsdata.publishing.registry import Entry, RegistryError, read_registry
+from sinsdata.publishing.soundness import is_sound
 
 #: As in conftest.py.
 MakeDataset: TypeAlias = Callable[[str, Path], Generated]
@@ -116,7 +117,7 @@ def test_a_bad_mirror_is_named_with_its_reason_and_the_next_is_asked(
         fetch(NAME, TIER, mirrors=[bad], registry=bundle / "registry.json", timeout=0.5)
     assert time.monotonic() - start < 15  # seconds; without the timeout the silent mirror takes a minute
     assert bad in str(caught.value)
-    assert files_in(cache) == []
+    assert not cache.exists()
     got = fetch(NAME, TIER, mirrors=[bad, mirror.base()], registry=bundle / "registry.json", timeout=0.5)
     assert got.origin.startswith(mirror.base())
     assert contents(got.folder) == contents(bundle / NAME / TIER)
@@ -188,8 +189,17 @@ def test_without_a_place_to_get_it_from_it_says_so(bundle: Path, tmp_path: Path)
         fetch(NAME, TIER, registry=bundle / "registry.json")
     with pytest.raises(UnavailableError, match="neither"):
         fetch(NAME, TIER, source=tmp_path, registry=bundle / "registry.json")
-    with pytest.raises(UnavailableError, match="no such data"):
-        fetch(NAME, "sweep")
+    own = tmp_path / "registry.json"
+    own.write_text('{"format": 1, "mirrors": [], "entries": []}', encoding="utf-8")
+    with pytest.raises(UnavailableError, match=re.escape(f"{own} has no such data")):
+        fetch(NAME, registry=own)
+    (empty := tmp_path / "empty").mkdir()
+    with pytest.raises(UnavailableError, match=re.escape(f"{empty / 'registry.json'} is not there")):
+        fetch(NAME, source=empty)
+    with pytest.raises(FetchError, match="nowhere: no such folder"):
+        fetch(NAME, source=tmp_path / "nowhere")
+    with pytest.raises(FetchError, match="unknown tier 'gold' of dual_precession; admissible: paper, standard, short"):
+        fetch(NAME, "gold")
     with pytest.raises(FetchError, match="unknown dataset 'gyro'"):
         fetch("gyro")
 
@@ -293,7 +303,7 @@ def test_the_command_offers_to_generate_and_does_it_when_told_to(
         fetch_command("equator_errors", out=out, registry=registry)
     assert not out.exists()
     fetch_command("equator_errors", out=out, registry=registry, generate=True, json=tmp_path / "got.json")
-    assert "content hashes equal those of the registry" in capsys.readouterr().out
+    assert "by their SHA-256 the published ones" in capsys.readouterr().out
     got = json.loads((tmp_path / "got.json").read_text(encoding="utf-8"))
     assert got == {"folder": str(out / "equator_errors" / "paper"), "origin": "generated", "registered": True}
     # A person is asked.

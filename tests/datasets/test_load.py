@@ -19,7 +19,7 @@ from sinsdata.format.manifest import DatasetError
 from sinsdata.generation.generate import Generated
 from sinsdata.publishing import loading
 from sinsdata.publishing.archives import ArchiveError
-from sinsdata.publishing.fetch import UnavailableError
+from sinsdata.publishing.fetch import FetchError, UnavailableError
 from sinsdata.publishing.loading import Dataset, load
 from sinsdata.publishing.publish import publish
 
@@ -107,8 +107,13 @@ def test_load_fills_the_cache_once(bundle: Path, cache: Path) -> None:
 
 
 def test_what_cannot_be_had_is_offered_to_be_generated(bundle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(UnavailableError, match=r"sinsdata\.load\('dual_precession', 'sweep', generate=True\)"):
+    with pytest.raises(UnavailableError, match=r"sinsdata\.load\('dual_precession', 'paper', generate=True\)"):
+        load(NAME, registry=bundle / "registry.json")
+    with pytest.raises(UnavailableError, match="no mirror is known") as caught:  # whose cases are not known here
         load(NAME, TIER, registry=bundle / "registry.json")
+    assert "generate" not in str(caught.value)
+    with pytest.raises(FetchError, match=r"unknown tier 'gold'.*admissible: paper, standard, short, sweep"):
+        load(NAME, "gold", registry=bundle / "registry.json")
 
     class MadeInstead:
         folder = bundle / NAME / TIER

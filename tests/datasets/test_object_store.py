@@ -137,6 +137,15 @@ def test_tables_of_an_earlier_attempt_are_removed(tmp_path: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == ["digits.csv", "manifest.json", "notes.txt"]
 
 
+def test_receipts_of_another_specification_stay(tmp_path: Path) -> None:
+    own, other = (RemoteFolder((tmp_path / DATASET / TIER).as_uri(), digit * 64) for digit in "01")
+    for place in (own, other):
+        place.begin()
+        place.put_receipt("a.receipt", "text")
+    own.tidy()
+    assert (own.receipts(), other.receipts()) == (set(), {"a.receipt"})
+
+
 def test_a_uri_of_no_known_kind(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="nosuch://place/data/dual_precession/sweep: "):
         make("nosuch://place/data", 1)

@@ -32,6 +32,7 @@ from rehearsals import (
     wait_for_rows,
 )  # fmt: skip
 from sinsdata.format.manifest import NAME
+from sinsdata.format.storage import Kind
 from sinsdata.generation import destination, shards, workers
 from sinsdata.generation.destination import LocalFolder, RemoteFolder
 from sinsdata.generation.workers import WorkerError
@@ -105,7 +106,7 @@ def _the_old_is_lost_between_the_renames(out: Path) -> bool:
     return not target_of(out).is_dir()
 
 
-def _remove_first(made: Path, target: Path) -> None:
+def _remove_first(made: Path, target: Path, kind: Kind | None = None) -> None:
     shutil.rmtree(target, ignore_errors=True)
     made.rename(target)
 

@@ -15,7 +15,7 @@ import yaml
 from sinsbench.cli.publishing import publish as publish_command
 from sinsdata.format.manifest import DatasetError, read_manifest
 from sinsdata.format.schema import DATASETS
-from sinsdata.format.storage import file_hash
+from sinsdata.format.storage import OccupiedError, file_hash
 from sinsdata.generation.generate import Generated
 from sinsdata.publishing.archives import ArchiveError
 from sinsdata.publishing.publish import NotSoundError, PublishError, card_with_header, document, publish
@@ -59,7 +59,7 @@ def test_publishing_again_gives_the_same_bytes_in_place_of_the_bundle(data: Path
     again = tmp_path / "again"
     publish(data, again)
     assert contents(again) == contents(bundle)
-    (again / "stray").touch()
+    (again / "SHA256SUMS").write_text("damaged")
     publish(data, again)
     assert contents(again) == contents(bundle)
 
@@ -156,10 +156,10 @@ def test_what_changes_after_it_was_verified_is_not_packed(
 
 def test_a_folder_that_is_no_bundle_is_left_alone(data: Path, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").touch()
-    with pytest.raises(PublishError, match="is no bundle"):
+    with pytest.raises(OccupiedError, match="is no bundle"):
         publish(data, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
-    with pytest.raises(PublishError, match="is no bundle"):
+    with pytest.raises(NotADirectoryError, match="is no folder"):
         publish(data, tmp_path / "thesis.tex")
 
 

@@ -21,6 +21,7 @@ from sinsdata.format.manifest import NAME, DatasetError, read_manifest, sealed
 from sinsdata.format.schema import arrow_schema
 from sinsdata.format.storage import file_hash
 from sinsdata.generation.generate import Generated, generate
+from sinsdata.verification.recompute import Wanted
 from sinsdata.verification.stored_cases import find_datasets, load_cases
 from sinsdata.verification.verify import Check, verify
 
@@ -39,7 +40,7 @@ def folder(request: pytest.FixtureRequest, whole: dict[str, Path], tmp_path: Pat
     return Path(shutil.copytree(whole[request.param], tmp_path / "copy"))
 
 
-def _failures(folder: Path, recompute: int | None = 2) -> list[Check]:
+def _failures(folder: Path, recompute: Wanted = 2) -> list[Check]:
     return [check for check in verify(folder, recompute) if not check.holds]
 
 
@@ -103,8 +104,8 @@ def test_the_tiers_of_the_papers_verify(paper_dataset: Generated) -> None:
     }
 
 
-@pytest.mark.parametrize("recompute", [0, 1, None])
-def test_a_small_dataset_verifies_with_any_number_of_rows(folder: Path, recompute: int | None) -> None:
+@pytest.mark.parametrize("recompute", [0, 1, "all", "few"])
+def test_a_small_dataset_verifies_with_any_number_of_rows(folder: Path, recompute: Wanted) -> None:
     assert _failures(folder, recompute) == []
 
 
@@ -225,6 +226,46 @@ def test_a_defect_of_1e_29_is_found_by_recomputation(folder: Path) -> None:
     name = _value_column(folder)
     _forge(folder, "truth", _beside(-1, name, 1e-29))
     assert any(f"{name}" in c.detail and "by mpmath" in c.what for c in _failures(folder))
+
+
+@pytest.fixture(scope="module")
+def integrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A dataset whose rows cost all rows before them: two cases of seven epochs."""
+    given = {
+        "motion": "parallel", "latitude": "pi/4", "longitude": 0, "height": 0, "speed": 10, "duration": 18,
+        "interval": 3, "initial_errors": [0.01, 0.01, 0.01, 1, 1.57e-7, 1.57e-7],
+    }  # fmt: skip
+    cases = [CASE_CLASSES["error_equations"].from_mapping({"name": name, **given}) for name in ("a", "b")]
+    return generate("error_equations", "sweep", cases, tmp_path_factory.mktemp("integrated")).folder
+
+
+@pytest.mark.parametrize(("row", "recompute", "workers"), [(5, "all", 1), (12, "all", 2), (6, 2, 1)])
+def test_a_coherent_change_far_into_an_integration_is_found(
+    integrated: Path, tmp_path: Path, row: int, recompute: Wanted, workers: int
+) -> None:
+    """8 m/s more in linear and nonlinear errors alike, which leaves their difference as it was."""
+    folder = Path(shutil.copytree(integrated, tmp_path / "copy"))
+    for table in ("truth", "nonlinear"):
+        _forge(folder, table, _with_value(row, "dv_up", lambda x: x + 8))
+    caught = {
+        check.where.rpartition(" ")[2]: check.detail
+        for check in verify(folder, recompute, workers=workers)
+        if not check.holds and "by mpmath" in check.what
+    }
+    assert set(caught) == {"truth", "nonlinear"}
+    case, epoch = "ab"[row // 7], row % 7
+    assert all(detail.endswith(f" at {case}, row {epoch}, dv_up") for detail in caught.values())
+
+
+def test_workers_find_the_same_and_few_rows_say_that_they_are(folder: Path, integrated: Path) -> None:
+    seen: list[tuple[int, int]] = []
+    for place, among in ((folder, ""), (integrated, ", of the first 4 rows of each case")):
+        alone = list(verify(place, progress=lambda done, total, what: seen.append((done, total))))
+        assert seen[-1] == (sum(entry["rows"] for entry in read_manifest(place)["tables"].values()),) * 2
+        assert alone == list(verify(place, workers=2))
+        assert all(check.holds for check in alone)
+        endings = {check.what.partition("by mpmath")[2] for check in alone if "by mpmath" in check.what}
+        assert endings == {among}
 
 
 def test_a_rest_that_is_too_large_is_found(folder: Path) -> None:

@@ -46,6 +46,11 @@ def part_of(text: str | None) -> tuple[int, int] | None:
     return int(first), int(second)
 
 
+def _scored_datasets() -> list[str]:
+    """Return the datasets that there are subjects for."""
+    return list(dict.fromkeys(str(subject.dataset) for subject in BUILT_IN.values()))
+
+
 def datasets_to_score(subjects: Sequence[str] | None, cases: Sequence[str] | None) -> list[str]:
     """Return the datasets that built-in subjects belong to; without a subject, those that hold the cases, or all.
 
@@ -56,7 +61,7 @@ def datasets_to_score(subjects: Sequence[str] | None, cases: Sequence[str] | Non
     sinsbench.subjects.loading.SubjectError
         If a name is neither a built-in subject nor a place in a file or module.
     """
-    scored = list(dict.fromkeys(str(subject.dataset) for subject in BUILT_IN.values()))
+    scored = _scored_datasets()
     if not subjects:
         holding = [dataset for dataset in scored if {case.name for case in paper_cases(dataset)} & set(cases or ())]
         return holding or scored
@@ -79,22 +84,23 @@ def cases_to_score(dataset: str, names: Sequence[str] | None) -> tuple[str, tupl
     Raises
     ------
     UsageError
-        For an unknown dataset or case, or a folder with several datasets.
+        For an unknown dataset or case, one that no subject is scored on, or a folder with several datasets.
     sinsdata.format.manifest.DatasetError
         For a folder that is not a dataset of this version.
     """
+    admissible = ", ".join(_scored_datasets())
     if dataset in CASE_CLASSES:
         name, cases = dataset, paper_cases(dataset)
     else:
         folder = Path(dataset)
-        if not folder.exists():
-            raise UsageError(
-                f"unknown dataset {dataset!r}; admissible: {', '.join(CASE_CLASSES)}, or a dataset's folder"
-            )
+        if not folder.exists() and "://" not in dataset:
+            raise UsageError(f"unknown dataset {dataset!r}; admissible: {admissible}, or a dataset's folder")
         found = find_datasets(folder)
         if len(found) > 1:
             raise UsageError(f"{folder} holds several datasets; admissible: {', '.join(map(str, found))}")
         name, cases = load_cases(found[0])
+    if name not in _scored_datasets():
+        raise UsageError(f"no subjects are scored on {name} yet; admissible: {admissible}")
     if not names:
         return name, cases
     known = {case.name: case for case in cases}

@@ -34,7 +34,7 @@ _PAPERS = {
   year = {1989}
 }""",
 }
-_OF_DATASET = {"equator_errors": "loginov2013", "dual_precession": "lebedev1989"}
+_OF_DATASET = {"equator_errors": "loginov2013", "error_equations": "loginov2013", "dual_precession": "lebedev1989"}
 
 
 def citations(names: Sequence[str]) -> list[str]:

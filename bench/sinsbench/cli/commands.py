@@ -12,6 +12,7 @@ from sinsbench.cli.errors import UsageError
 
 if TYPE_CHECKING:
     from sinsdata.cases import Case
+    from sinsdata.verification.recompute import Wanted
 
 app = typer.Typer(
     name="sinsbench",
@@ -115,11 +116,17 @@ def generate(
 def verify(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A dataset, or a folder of datasets.")],
     recompute: Annotated[
-        str, typer.Option(metavar="N|all", help="Rows of each case and table to compute again by mpmath.")
-    ] = "3",
+        str,
+        typer.Option(
+            metavar="N|all|few",
+            help="Rows of each case and table to compute again by mpmath. Few: three, where a row costs all before it"
+            " of the first four.",
+        ),
+    ] = "few",
     integrate: Annotated[
         bool, typer.Option("--integrate", help="Integrate the differential equations too, and compare every row.")
     ] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Processes that compute rows again and integrate.")] = 1,
     json: JsonFile = None,
 ) -> None:
     """Check bytes, schema, rows and relations of a dataset, and compute some of its values again."""
@@ -129,20 +136,21 @@ def verify(
     from sinsdata.verification.stored_cases import find_datasets
     from sinsdata.verification.verify import verify as verify_dataset
 
-    if recompute != "all" and not (recompute.isascii() and recompute.isdigit()):
-        raise UsageError(f"--recompute {recompute!r}: must be a number of rows, or all")
-    wanted = None if recompute == "all" else int(recompute)
+    words: dict[str, Wanted] = {"all": "all", "few": "few"}
+    if recompute not in words and not (recompute.isascii() and recompute.isdigit()):
+        raise UsageError(f"--recompute {recompute!r}: must be a number of rows, all or few")
+    wanted = words[recompute] if recompute in words else int(recompute)
     output = Output()
     output.check(json)
     checks: list[dict[str, Any]] = []
     summary = []
     with output.progress("verifying") as progress:
         for found in find_datasets(folder):
-            own = [asdict(check) for check in verify_dataset(found, wanted, progress)]
+            own = [asdict(check) for check in verify_dataset(found, wanted, progress, workers)]
             if integrate and all(check["holds"] for check in own):
                 from sinsdata.verification.integrate import integrate as integrate_dataset
 
-                own += [asdict(check) for check in integrate_dataset(found, progress=progress)]
+                own += [asdict(check) for check in integrate_dataset(found, workers, progress)]
             bad = sum(not check["holds"] for check in own)
             summary.append(f"{found}: {len(own) - bad} checks hold, {bad} do not")
             checks += own

@@ -13,8 +13,8 @@ def show_generated(made: Generated, output: Output, json: Path | None) -> None:
     if made.missing:
         output.json(json, [])
         output.line(
-            f"{made.folder}: {made.shards - made.missing} of {made.shards} parts are there; "
-            "the job that adds the last one completes the dataset"
+            f"{made.folder}: {made.shards - made.missing} of {made.shards} files are there; "
+            "the job that adds the last ones completes the dataset"
         )
         return
     rows = [
@@ -32,5 +32,5 @@ def show_generated(made: Generated, output: Output, json: Path | None) -> None:
     if made.reused == made.shards:
         output.line("It was there already, byte for byte.")
     elif made.reused:
-        output.line(f"{made.reused} of {made.shards} parts were there from an earlier run.")
+        output.line(f"{made.reused} of {made.shards} files were there from an earlier run.")
     output.line(certified(made.manifest["certification"]))

@@ -11,12 +11,23 @@ import typer
 if TYPE_CHECKING:
     from sinsdata.publishing.fetch import Fetched
 
+
+def _local_folder(text: str) -> Path:
+    """Return the folder to write to; a URI would become a folder of that name."""
+    if not text or "://" in text:
+        raise typer.BadParameter(f"{text!r}: must be a local folder")
+    return Path(text)
+
+
 JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the rows as JSON too.")]
 
 
 def publish(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A dataset, or a folder of datasets.")],
-    out: Annotated[Path, typer.Option(metavar="BUNDLE", help="Folder to write: new, empty, or an earlier bundle.")],
+    out: Annotated[
+        Path,
+        typer.Option(parser=_local_folder, metavar="BUNDLE", help="Folder to write: new, empty, or an earlier bundle."),
+    ],
     json: JsonFile = None,
 ) -> None:
     """Verify datasets and write them as a bundle: card, checksums, one archive a tier, registry."""
@@ -51,7 +62,8 @@ def fetch(
         Path | None, typer.Option("--from", metavar="DIR", help="Take it from a bundle or a folder of archives.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder to write DATASET/TIER to, in place of the cache.")
+        Path | None,
+        typer.Option(parser=_local_folder, metavar="DIR", help="Folder to write DATASET/TIER to, not to the cache."),
     ] = None,
     registry: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Registry of a bundle, in place of the package's own.")
@@ -61,7 +73,7 @@ def fetch(
 ) -> None:
     """Get a published dataset: checked against the registry, cached; or generate the same content."""
     from sinsbench.cli.output import Output
-    from sinsdata.publishing.fetch import UnavailableError, generate_instead
+    from sinsdata.publishing.fetch import UnavailableError, can_be_generated, generate_instead
     from sinsdata.publishing.fetch import fetch as fetch_dataset
     from sinsdata.publishing.registry import SHIPPED
 
@@ -74,6 +86,8 @@ def fetch(
                 dataset, tier, out=out, source=source, mirrors=mirror or (), registry=known, progress=progress
             )
     except UnavailableError as error:
+        if not can_be_generated(dataset, tier):
+            raise
         if not generate and not _agreed(str(error)):
             given = {"--tier": tier, "--out": out, "--registry": registry}
             options = "".join(f" {name} {value}" for name, value in given.items() if value is not None)
@@ -89,7 +103,11 @@ def fetch(
 def _state(got: Fetched) -> str:
     if got.entry is None:
         return f"{got.origin}; the registry has no such data to compare it with"
-    return f"{got.origin}; version {got.entry.version}, content hashes equal those of the registry"
+    from sinsdata.publishing.soundness import is_published
+
+    if is_published(got.folder, got.entry):
+        return f"{got.origin}; version {got.entry.version}, manifest and files are by their SHA-256 the published ones"
+    return f"{got.origin}; version {got.entry.version}, content hashes, computed here, equal those of the registry"
 
 
 def _agreed(reason: str) -> bool:
@@ -102,7 +120,7 @@ def _agreed(reason: str) -> bool:
 
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A dataset, or a folder of datasets.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to write DATASET/TIER/*.csv to.")],
+    out: Annotated[Path, typer.Option(parser=_local_folder, metavar="DIR", help="To write DATASET/TIER/*.csv to.")],
     json: JsonFile = None,
 ) -> None:
     """Write datasets as plain CSV; the numbers read back exactly."""

@@ -4,22 +4,32 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, fields
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sinsdata.format.names import safe_names
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from sinsdata.format.names import safe_name, safe_names
 from sinsdata.format.schema import DATASETS, FORMAT
-from sinsdata.format.storage import json_text
-from sinsdata.truth.formulas import WORKING_BITS
+from sinsdata.format.storage import Kind, file_hash, json_text
+from sinsdata.truth import error_equations, formulas
 from sinsref.rounding import RoundingTally
 
 NAME = "manifest.json"
+#: Working precision of the first attempt, where it is not that of closed formulas.
+_FIRST_BITS = {"error_equations": error_equations.WORKING_BITS}
 #: Packages whose versions decide on the bytes of a dataset.
 _MAKERS = ("sinsbench", "pyarrow", "python-flint")
+#: What a dataset holds beside tables and manifest.
+_TEXTS = ("digits.csv", "croissant.json")
+_SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 class DatasetError(ValueError):
@@ -68,7 +78,7 @@ def compose(
         "specification": specification,
         "certification": {
             "method": "ball arithmetic; x nearest binary64, x + x_lo within 1e-30 relative, both proved",
-            "first_working_bits": WORKING_BITS,
+            "first_working_bits": _FIRST_BITS.get(dataset, formulas.WORKING_BITS),
             **asdict(tally),
         },
         "cases": cases,
@@ -88,9 +98,72 @@ def _own_hash(manifest: Mapping[str, Any]) -> str:
 
 def is_sealed(text: str) -> bool:
     """Return whether the text of a manifest is, byte by byte, what was sealed."""
-    manifest = json.loads(text)
-    seal = manifest.pop("sha256", None)
-    return bool(seal == _own_hash(manifest) and text == json_text({**manifest, "sha256": seal}))
+    # What JSON can be read from but not written to, such as 1e999, was never sealed.
+    with suppress(ValueError, RecursionError):
+        manifest = json.loads(text)
+        seal = manifest.pop("sha256", None)
+        return bool(seal == _own_hash(manifest) and text == json_text({**manifest, "sha256": seal}))
+    return False
+
+
+def _text(value: object) -> None:
+    if not isinstance(value, str):
+        raise ValueError(f"{value!r:.80} is not a text")
+
+
+def _count(value: object) -> None:
+    # Not isinstance: true and false are integers too.
+    if type(value) is not int or value < 0:
+        raise ValueError(f"{value!r:.80} is not a number of things")
+
+
+def _digest(value: object) -> None:
+    if not isinstance(value, str) or not _SHA256.fullmatch(value):
+        raise ValueError(f"{value!r:.80} is not a SHA-256")
+
+
+def _object(form: Mapping[str, Callable[[object], object]]) -> Callable[[object], None]:
+    """Return a check of the entries of an object; others may stand beside them."""
+
+    def check(value: object) -> None:
+        if not isinstance(value, dict):
+            raise ValueError(f"{value!r:.80} is not an object")
+        for key, check_entry in form.items():
+            if key not in value:
+                raise ValueError(f"{key} is missing")
+            try:
+                check_entry(value[key])
+            except ValueError as error:
+                raise ValueError(f"{key}: {error}") from None
+
+    return check
+
+
+def _files(form: Mapping[str, Callable[[object], object]]) -> Callable[[object], None]:
+    """Return a check of a list of objects."""
+
+    def check(value: object) -> None:
+        if not isinstance(value, list):
+            raise ValueError(f"{value!r:.80} is not a list")
+        for entry in value:
+            _object(form)(entry)
+
+    return check
+
+
+_FILE: Mapping[str, Callable[[object], object]] = {"file": safe_name, "bytes": _count, "sha256": _digest}
+_TABLE = _object({"files": _files({**_FILE, "rows": _count}), "rows": _count, "content_sha256": _digest})
+#: What readers rely on, beside format, dataset and version.
+_MANIFEST = _object({
+    "tier": safe_name,
+    **dict.fromkeys(("title", "source", "doi", "license"), _text),
+    "generator": _object(dict.fromkeys(_MAKERS, _text)),
+    "specification": _digest,
+    "certification": _object({"method": _text, **{tallied.name: _count for tallied in fields(RoundingTally)}}),
+    "cases": _count,
+    "tables": _object({}),
+    "files": _files(_FILE),
+})  # fmt: skip
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
@@ -99,8 +172,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     Raises
     ------
     DatasetError
-        If it cannot be read, is of a dataset, format or version that this version does not know, or names files
-        outside its folder.
+        If it cannot be read, is of a dataset, format or version that this version does not know, lacks an entry or has
+        one of another type, or has a name, of its tier or a file, that does not stay in its folder.
     """
     path = folder / NAME
     try:
@@ -117,16 +190,18 @@ def read_manifest(folder: Path) -> dict[str, Any]:
             f"{path}: version {data_version!r} of the data; this version reads {DATASETS[dataset].version}"
         )
     try:
+        _MANIFEST(manifest)
         for table, entry in manifest["tables"].items():
             if table not in DATASETS[dataset].tables:
                 raise ValueError(f"unknown table {table[:80]!r}; admissible: {', '.join(DATASETS[dataset].tables)}")
+            _TABLE(entry)
             if not entry["files"]:
                 raise ValueError(f"table {table} has no file")
         if "cases" not in manifest["tables"]:
             raise ValueError("the table of the cases is missing")
         safe_names(entry["file"] for entry in all_files(manifest))
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise DatasetError(f"{path}: not a manifest: {type(error).__name__}: {error}") from None
+    except ValueError as error:
+        raise DatasetError(f"{path}: not a manifest: {error}") from None
     return manifest
 
 
@@ -140,3 +215,50 @@ def all_files(manifest: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for entry in manifest["tables"].values():
         yield from entry["files"]
     yield from manifest["files"]
+
+
+def _values(entry: object, key: str) -> Iterator[str]:
+    """Yield the texts under a key, at whatever depth."""
+    if isinstance(entry, dict):
+        if isinstance(entry.get(key), str):
+            yield entry[key]
+        entry = list(entry.values())
+    if isinstance(entry, list):
+        for value in entry:
+            yield from _values(value, key)
+
+
+def _is_table(path: Path) -> bool:
+    """Return whether a file has the name of a table and says in its schema that it is one."""
+    with suppress(OSError, pa.ArrowException):
+        dataset = (pq.read_schema(path).metadata or {}).get(b"dataset", b"").decode(errors="replace")
+        table = re.sub(r"-\d{5,}-of-\d{5,}$", "", path.stem)
+        return dataset in DATASETS and table in DATASETS[dataset].tables
+    return False
+
+
+def own_files(folder: Path) -> set[str]:
+    """Return the names of the files in a folder that belong to a dataset, of whatever version and however damaged.
+
+    These are the files that its manifest lists, by name or by content; and, where the manifest is damaged, the tables
+    that are known by name and schema, with what stands beside tables.
+
+    Parameters
+    ----------
+    folder : Path
+        Need not be there.
+    """
+    names: set[str] = set()
+    digests: set[str] = set()
+    with suppress(OSError, ValueError, RecursionError):
+        manifest = json.loads((folder / NAME).read_text(encoding="utf-8"))
+        if isinstance(manifest, dict) and manifest.get("dataset") in list(DATASETS) and "tables" in manifest:
+            names, digests = {NAME, *_values(manifest, "file")}, set(_values(manifest, "sha256"))
+    for path in folder.glob("*.parquet"):
+        if path.name not in names and (_is_table(path) or (path.is_file() and file_hash(path) in digests)):
+            names.add(path.name)
+    return names | {NAME, *_TEXTS} if names else names
+
+
+#: What a dataset may take the place of.
+DATASET_FOLDER = Kind("dataset", own_files)

@@ -23,7 +23,7 @@ from urllib.request import url2pathname
 
 import pyarrow.fs as pafs
 
-from sinsdata.format.manifest import NAME, DatasetError, all_files, is_sealed, read_manifest
+from sinsdata.format.manifest import DATASET_FOLDER, NAME, DatasetError, all_files, is_sealed, read_manifest
 from sinsdata.format.storage import WRITING, file_hash, take_place, writing
 
 _URI = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
@@ -111,7 +111,14 @@ class LocalFolder:
         return self.staging / "files"
 
     def begin(self) -> None:
-        """Make the folder in which the files gather."""
+        """Make the folder in which the files gather.
+
+        Raises
+        ------
+        sinsdata.format.storage.OccupiedError
+            If the target holds something else than a dataset.
+        """
+        DATASET_FOLDER.check(self.target)
         self.gathered.mkdir(parents=True, exist_ok=True)
 
     def write(self, name: str) -> AbstractContextManager[Path]:
@@ -162,13 +169,19 @@ class LocalFolder:
         return False
 
     def finish(self, texts: Mapping[str, str], files: Sequence[str]) -> None:
-        """Write the texts and move the folder of files into its place."""
+        """Write the texts and move the folder of files into its place.
+
+        Raises
+        ------
+        sinsdata.format.storage.OccupiedError
+            If something else than a dataset has come there meanwhile.
+        """
         for name, text in texts.items():
             with self.write(name) as path:
                 path.write_text(text, encoding="utf-8", newline="\n")
         if missing := {*files, *texts} - {path.name for path in self.gathered.iterdir()}:
             raise FileNotFoundError(ENOENT, "a file that was finished is gone", str(self.gathered / min(missing)))
-        take_place(self.gathered, self.target)
+        take_place(self.gathered, self.target, DATASET_FOLDER)
         self.tidy()
 
     def taken(self) -> bool:
@@ -309,7 +322,7 @@ class RemoteFolder:
     def tidy(self) -> None:
         """Remove receipts."""
         for info in self._entries():
-            if info.type == pafs.FileType.Directory and info.base_name.startswith(_RECEIPTS):
+            if info.type == pafs.FileType.Directory and info.base_name == self._receipts:
                 self._place()[0].delete_dir(info.path)
 
 

@@ -11,13 +11,14 @@ from sinsdata.cases import Case
 from sinsdata.format import manifest
 from sinsdata.format.content_hash import combined
 from sinsdata.format.croissant import croissant_text
+from sinsdata.format.manifest import DatasetError
 from sinsdata.format.schema import arrow_schema
 from sinsdata.format.storage import text_entry
 from sinsdata.generation import digits
 from sinsdata.generation.destination import Destination, Place, destination, shown
 from sinsdata.generation.shards import ShardReceipt, complete
 from sinsdata.generation.specification import Specification
-from sinsdata.generation.workers import Results, cluster, here, pool
+from sinsdata.generation.workers import Results, check_workers, cluster, here, pool
 from sinsref.rounding import RoundingTally
 
 #: ``progress(rows done, rows in all, what)``.
@@ -95,36 +96,40 @@ def generate(
     sinsdata.generation.tables.UnknownTableError
         For a table that the dataset does not have.
     sinsdata.generation.workers.WorkerError
-        If workers are lost.
+        If workers are lost, or both `workers` and a scheduler are asked for, or its address is not one.
     sinsdata.format.manifest.DatasetError
         If the place cannot be used.
     """
+    if not str(out):
+        raise DatasetError("--out names no folder: it is empty")
+    check_workers(workers, scheduler)
     progress(0, 0, "looking at the cases")
     specification = Specification(dataset, tier, cases, None if tables is None else tuple(tables))
     place = destination(out, dataset, tier, specification.key)
     folder = shown(out, dataset, tier)
-    shards = len(specification.shards)
+    files = sum(len(shard.files) for shard in specification.shards)
     while True:
         there = place.finished()
         if there is not None and there["specification"] == specification.key and place.intact(there):
             place.tidy()
-            return Generated(folder, there, shards, reused=shards)
+            return Generated(folder, there, files, reused=files)
         place.begin()
         try:
             receipts = _receipts(specification, place, progress, workers, part, scheduler)
-            if len(receipts) == shards:
+            if len(receipts) == len(specification.shards):
                 made = _finish(specification, place, receipts)
                 break
-            waiting = {shard.receipt for shard in specification.shards} - place.receipts()
-            if waiting and not place.taken():
-                return Generated(folder, {}, shards, missing=len(waiting))
+            finished = place.receipts()
+            missing = sum(len(shard.files) for shard in specification.shards if shard.receipt not in finished)
+            if missing and not place.taken():
+                return Generated(folder, {}, files, missing=missing)
         except FileNotFoundError:
             if not place.taken():
                 raise
         finally:
             place.leave()
     progress(specification.all_rows, specification.all_rows, "done")
-    return Generated(folder, made, shards, sum(receipt.reused for receipt in receipts.values()))
+    return Generated(folder, made, files, sum(len(names) for names, receipt in receipts.items() if receipt.reused))
 
 
 def _receipts(

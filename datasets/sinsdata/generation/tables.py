@@ -6,7 +6,7 @@ compute, in any order, on any machine.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from math import ceil, log10
 from typing import Any, TypeAlias
@@ -22,7 +22,7 @@ from sinsdata.tiers.difficulty import difficulty
 from sinsdata.truth.certified import Block, RowFormula, blocks
 from sinsdata.truth.conventions import NONUNIFORM_TRUTH, InputTable
 from sinsdata.truth.conventions import TABLES as INPUT_TABLES
-from sinsdata.truth.error_equations import error_equation_blocks, recomputed
+from sinsdata.truth.error_equations import error_equation_blocks, recomputed_rows
 from sinsdata.truth.formulas import (
     WORKING_BITS,
     equator_bits,
@@ -43,6 +43,8 @@ class UnknownTableError(ValueError):
 
 #: Rows of a file of a long table.
 SHARD_ROWS = 2**18
+#: More than there are: a limit that is none.
+ANY_ROW = 10**9
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,9 @@ class Segment:
 #: ``batches(tier, segments, tally)`` yields the rows of each table of a group, batch by batch.
 Batches: TypeAlias = Callable[[str, Sequence[Segment], RoundingTally], Iterator[tuple[pa.RecordBatch, ...]]]
 
+#: ``exact_rows(case, rows)`` yields the values of some rows, see `TableGroup`.
+ExactRows: TypeAlias = Callable[[Any, Iterable[int]], Iterator[list[Number] | None]]
+
 
 @dataclass(frozen=True)
 class TableGroup:
@@ -76,21 +81,27 @@ class TableGroup:
         Number of rows of a case.
     batches : callable
         See `Batches`.
-    exact_row : callable, or None
-        ``exact_row(case, row)`` returns the pair columns of a row, those of all tables side by side with the time once
-        in front, by mpmath and from the case alone; None where the row has no values. Nothing to compute for None.
+    exact_rows : callable, or None
+        ``exact_rows(case, rows)`` yields, for increasing numbers of rows, the pair columns of each: those of all tables
+        side by side with the time once in front, by mpmath and from the case alone; None where the row has no values.
+        Nothing to compute for None.
     shard_rows : int
         Rows of a file. Costly rows make short files: these are the parts that workers share out.
     spot_limit : int
-        Rows at the beginning of a case of which a single one may be asked for: few where a row costs all before it.
+        Rows at the beginning of a case among which to look for a few: less than all where a row costs all before it.
     """
 
     tables: tuple[str, ...]
     rows: Callable[[Any], int]
     batches: Batches
-    exact_row: Callable[[Any, int], list[Number] | None] | None
+    exact_rows: ExactRows | None
     shard_rows: int = SHARD_ROWS
-    spot_limit: int = 10**9
+    spot_limit: int = ANY_ROW
+
+
+def _each(exact_row: Callable[[Any, int], list[Number] | None]) -> ExactRows:
+    """Return `TableGroup.exact_rows` of rows that cost the same wherever they are."""
+    return lambda case, rows: (exact_row(case, row) for row in rows)
 
 
 def record_batch(dataset: str, table: str, columns: Sequence[Any]) -> pa.RecordBatch:
@@ -160,7 +171,8 @@ def _formula_group(
         time = ar.number(case.interval) * row
         return [time, *formula(case)(ar, time)]
 
-    return TableGroup((table,), lambda case: case.samples + 1, series_batches(dataset, [table], blocks_of), exact_row)
+    batches = series_batches(dataset, [table], blocks_of)
+    return TableGroup((table,), lambda case: case.samples + 1, batches, _each(exact_row))
 
 
 def _equator_arithmetic(case: EquatorCase) -> MpArithmetic:
@@ -230,7 +242,7 @@ def _input_group(table: InputTable) -> TableGroup:
         (table.name,),
         table.rows,
         series_batches("dual_precession", [table.name], table.blocks),
-        lambda case, row: table.exact_row(_precession_arithmetic(case), case, row),
+        _each(lambda case, row: table.exact_row(_precession_arithmetic(case), case, row)),
     )
 
 
@@ -240,7 +252,7 @@ _INTEGRATED = ("motion", "truth", "nonlinear", "linearisation")
 GROUPS: Mapping[str, tuple[TableGroup, ...]] = {
     "equator_errors": (
         _cases_group("equator_errors"),
-        TableGroup(("modes",), lambda case: 1, _modes_batches, _exact_modes, shard_rows=2**14),
+        TableGroup(("modes",), lambda case: 1, _modes_batches, _each(_exact_modes), shard_rows=2**14),
         _equator_group("truth", equator_state),
         _equator_group("transition", transition_formula),
     ),
@@ -259,7 +271,7 @@ GROUPS: Mapping[str, tuple[TableGroup, ...]] = {
             _INTEGRATED,
             lambda case: case.samples + 1,
             series_batches("error_equations", _INTEGRATED, error_equation_blocks),
-            recomputed,
+            recomputed_rows,
             shard_rows=2**10,
             spot_limit=4,
         ),

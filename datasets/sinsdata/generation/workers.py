@@ -14,6 +14,7 @@ from importlib import import_module
 from itertools import islice
 from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeAlias
+from urllib.parse import urlsplit
 
 from sinsdata.generation.destination import Destination
 from sinsdata.generation.shards import ShardReceipt, complete
@@ -28,11 +29,37 @@ Results: TypeAlias = Iterator[tuple[ShardTask, ShardReceipt]]
 _AHEAD = 2
 #: Times that a pool is made anew after the death of a worker, with no shard finished in between.
 _REVIVALS = 3
+#: Seconds in which a scheduler must answer, and in which it must have a worker.
+_ANSWER, _FIRST_WORKER = 5, 60
 _KEPT = "what is finished is kept, and the same command goes on from there"
 
 
 class WorkerError(RuntimeError):
     """Workers are lost or cannot be reached; the message says which and what to do."""
+
+
+def check_workers(workers: int, scheduler: str | None) -> None:
+    """Check who is to compute, before anything is done.
+
+    Raises
+    ------
+    WorkerError
+        If both processes and a scheduler are asked for, or an address is not of the form ``scheme://host:port``.
+    """
+    if scheduler is None:
+        return
+    if workers > 1:
+        raise WorkerError("--workers and --scheduler exclude one another: a cluster has its own workers")
+    try:
+        parts = urlsplit(scheduler)
+        sound = parts.scheme in ("tcp", "tls", "ws", "wss") and bool(parts.hostname and parts.port)
+    except ValueError:  # of a port that is no number, or too large
+        sound = False
+    if not sound:
+        raise WorkerError(
+            f"{scheduler!r} is not the address of a scheduler: it must be scheme://host:port with the scheme tcp, tls, "
+            "ws or wss, such as tcp://127.0.0.1:8786"
+        )
 
 
 def here(tasks: Iterable[ShardTask], place: Destination, report: Report) -> Results:
@@ -126,18 +153,24 @@ def cluster(tasks: Iterable[ShardTask], place: Destination, report: Report, addr
     Raises
     ------
     WorkerError
-        If Dask is not installed, the scheduler does not answer, or is lost, or a shard lost several workers.
+        If Dask is not installed, the scheduler does not answer, has no worker, or is lost, or a shard lost several
+        workers.
     """
     try:
         distributed: Any = import_module("distributed")
     except ImportError:
         raise WorkerError("a cluster needs the extra `cluster`: pip install 'sinsbench[cluster]'") from None
     try:
-        client = distributed.Client(address, timeout=5, set_as_default=False)
-    except (OSError, ValueError) as error:
+        client = distributed.Client(address, timeout=_ANSWER, set_as_default=False)
+    # TypeError: of tls and wss, without certificates.
+    except (OSError, ValueError, TypeError) as error:
         raise WorkerError(f"{address}: no Dask scheduler answers: {error}") from None
     try:
         with client:
+            try:
+                client.wait_for_workers(1, timeout=_FIRST_WORKER)
+            except TimeoutError:
+                raise WorkerError(f"{address}: the scheduler has had no worker for {_FIRST_WORKER} s") from None
             yield from _shared_out(client, distributed.as_completed(loop=client.loop), tasks, place, report)
     except distributed.KilledWorker as error:
         raise WorkerError(f"{error}; {_KEPT}") from None

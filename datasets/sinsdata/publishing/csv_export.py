@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import csv
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 
-from sinsdata.format.storage import replacing
+from sinsdata.format.storage import Kind, OccupiedError, replacing
 from sinsdata.publishing.loading import Dataset
 
 #: Says of each column what CSV cannot: unit, description, frame, accuracy.
@@ -16,9 +18,22 @@ COLUMNS = "columns.csv"
 _ABOUT = ("unit", "description", "frame", "accuracy")
 
 
-def export_csv(folder: Path, out: Path) -> dict[str, int]:
-    """Write the tables of a dataset as CSV to ``out/dataset/tier``, in place of what is there; memory holds one piece.
+def _own_files(folder: Path) -> set[str]:
+    """Return the names of the files in a folder that an export wrote."""
+    with suppress(OSError, ValueError, csv.Error), (folder / COLUMNS).open(encoding="utf-8", newline="") as lines:
+        rows = csv.DictReader(lines)
+        if rows.fieldnames == ["table", "column", *_ABOUT]:
+            return {COLUMNS, *(f"{row['table']}.csv" for row in rows)}
+    return set()
 
+
+_EXPORT = Kind("export", _own_files)
+
+
+def export_csv(folder: Path, out: Path) -> dict[str, int]:
+    """Write the tables of a dataset as CSV to ``out/dataset/tier``, in place of an earlier export.
+
+    Memory holds one piece at a time.
     UTF-8, a header, commas, texts in quotes where they need them. A float is written with as many digits, up to 17,
     as it takes to read the same binary64 back; a null is empty.
 
@@ -37,13 +52,18 @@ def export_csv(folder: Path, out: Path) -> dict[str, int]:
     ------
     sinsdata.format.manifest.DatasetError
         If the folder is not a dataset of this version.
+    sinsdata.format.storage.OccupiedError
+        If ``out/dataset/tier`` is the dataset itself, or holds something else than an export.
     sinsdata.publishing.archives.ArchiveError
         If a file is not the one that the manifest lists.
     """
     dataset = Dataset(folder)
     rows: dict[str, int] = {}
     about: list[dict[str, str]] = []
-    with replacing(out / dataset.manifest["dataset"] / dataset.manifest["tier"]) as partial:
+    target = out / dataset.manifest["dataset"] / dataset.manifest["tier"]
+    if target.resolve() == folder.resolve():
+        raise OccupiedError(f"{target}: is the dataset itself; name another folder")
+    with replacing(target, _EXPORT) as partial:
         for table in dataset.tables:
             schema = pq.read_schema(dataset.files(table)[0])
             name = f"{table}.csv"

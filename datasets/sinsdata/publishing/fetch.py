@@ -16,12 +16,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 from sinsdata.format.names import UnsafeNameError, safe_name
-from sinsdata.format.storage import file_hash, replacing
+from sinsdata.format.storage import Kind, file_hash, replacing
 from sinsdata.publishing.archives import ArchiveError, check_files, listed_files, unpack
 from sinsdata.publishing.registry import SHIPPED, Entry, Registry, read_registry
+from sinsdata.publishing.soundness import is_published, is_sound, stated_contents, stored_contents
 
 #: ``progress(bytes done, bytes in all, what)``.
 Progress: TypeAlias = Callable[[int, int, str], None]
@@ -101,34 +102,12 @@ def place_of(dataset: str, tier: str, entry: Entry | None, out: Path | None) -> 
     return (cache_folder() / version if out is None else out) / safe_name(dataset) / safe_name(tier)
 
 
-def sound_manifest(folder: Path, entry: Entry | None, hashed: bool = True) -> dict[str, Any] | None:
-    """Return the manifest of a dataset that is whole and has the content that the registry states; None otherwise.
+def can_be_generated(dataset: str, tier: str) -> bool:
+    """Return whether a tier is declared, so that its cases are known here."""
+    from sinsdata.cases import CASE_CLASSES
+    from sinsdata.tiers import tiers_of
 
-    Parameters
-    ----------
-    folder : Path
-    entry : Entry or None
-        Of the registry, where it has one.
-    hashed : bool, default True
-        Hash the files; otherwise their lengths must do.
-    """
-    with suppress(OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        manifest: dict[str, Any] = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-        if hashed:
-            check_files(folder, manifest)
-        whole = all((folder / name).stat().st_size == about["bytes"] for name, about in listed_files(manifest).items())
-        if whole and (entry is None or _contents(manifest) == dict(entry.content_sha256)):
-            return manifest
-    return None
-
-
-def is_sound(folder: Path, entry: Entry | None) -> bool:
-    """Return whether a folder holds a dataset, whole, with the content that the registry states."""
-    return sound_manifest(folder, entry) is not None
-
-
-def _contents(manifest: dict[str, Any]) -> dict[str, str]:
-    return {table: about["content_sha256"] for table, about in manifest["tables"].items()}
+    return dataset in CASE_CLASSES and tier in tiers_of(dataset)
 
 
 def fetch(
@@ -169,9 +148,11 @@ def fetch(
     UnavailableError
         If there is no place to get it from, or none that has it; the message has the reason of each.
     FetchError, sinsdata.publishing.archives.ArchiveError
-        If what is there is not what was published.
+        If what is there is not what was published, if there is no such folder, or no such dataset or tier.
     sinsdata.publishing.registry.RegistryError
         If the registry cannot be used.
+    sinsdata.format.storage.OccupiedError
+        If something else than a dataset is in its place.
     """
     known = read_registry(registry)
     entry = known.find(dataset, tier)
@@ -181,14 +162,44 @@ def fetch(
     target = place_of(dataset, tier, entry, out)
     if is_sound(target, entry):
         return Fetched(target, "cache" if out is None else str(target), entry)
+    if source is not None and not source.is_dir():
+        raise FetchError(f"{source}: {'a file, not a folder' if source.exists() else 'no such folder'}")
     if entry is None:
-        raise UnavailableError(f"{dataset}, tier {tier}: {registry.name} has no such data")
+        _refuse(dataset, tier, registry, source)
+    _dataset_folder().check(target)
     try:
-        if source is not None:
-            return Fetched(target, str(_from_folder(entry, source, target)), entry)
-        return Fetched(target, _from_mirrors(entry, known, mirrors, timeout, target, progress), entry)
+        with _no_empty_folders(target):
+            if source is not None:
+                return Fetched(target, str(_from_folder(entry, source, target)), entry)
+            return Fetched(target, _from_mirrors(entry, known, mirrors, timeout, target, progress), entry)
     except UnsafeNameError as error:
         raise ArchiveError(f"{dataset}, tier {tier}: {error}") from None
+
+
+def _refuse(dataset: str, tier: str, registry: Path, source: Path | None) -> NoReturn:
+    """Say that no registry has the data, or that there are none of this name."""
+    from sinsdata.tiers import tiers_of
+
+    if not can_be_generated(dataset, tier):
+        published = [known.tier for known in read_registry(registry).entries if known.dataset == dataset]
+        admissible = dict.fromkeys([*tiers_of(dataset), *published])
+        raise FetchError(f"unknown tier {tier!r} of {dataset}; admissible: {', '.join(admissible)}")
+    read = [registry] if source is None else [registry, source / "registry.json"]
+    missing = [f"{path} has no such data" if path.is_file() else f"{path} is not there" for path in read]
+    raise UnavailableError(f"{dataset}, tier {tier}: {', '.join(missing)}")
+
+
+@contextmanager
+def _no_empty_folders(target: Path) -> Iterator[None]:
+    """Remove, if the block fails, the folders above `target` that it has made and left empty."""
+    absent = [folder for folder in target.parents if not folder.exists()]
+    try:
+        yield
+    except BaseException:
+        for folder in absent:  # the innermost comes first
+            with suppress(OSError):
+                folder.rmdir()
+        raise
 
 
 def generate_instead(
@@ -228,7 +239,9 @@ def generate_instead(
     made = generate(dataset, tier, cases, target.parents[1], progress)
     if entry is not None and made.manifest["version"] != entry.version:
         raise FetchError(f"{target}: version {made.manifest['version']}; that of the registry is {entry.version}")
-    if entry is not None and (found := _contents(made.manifest)) != dict(entry.content_sha256):
+    # What this call has computed, its manifest states; what an earlier one has left there is read.
+    found = stored_contents(target, made.manifest) if made.reused else stated_contents(made.manifest)
+    if entry is not None and found != dict(entry.content_sha256):
         differing = sorted(t for t in {*found, *entry.content_sha256} if found.get(t) != entry.content_sha256.get(t))
         raise FetchError(f"{target}: generated, but the content of {', '.join(differing)} is not that of the registry")
     return Fetched(target, "generated", entry)
@@ -261,12 +274,19 @@ def _prefix(entry: Entry) -> str:
     return f"{entry.dataset}/{entry.tier}"
 
 
+def _dataset_folder() -> Kind:
+    # Here: it imports the schema with all that truth is computed by, which what is cached does not need.
+    from sinsdata.format.manifest import DATASET_FOLDER
+
+    return DATASET_FOLDER
+
+
 def _install(entry: Entry, target: Path, fill: Callable[[Path], None]) -> None:
     """Fill a folder, compare it with the registry, and put it into its place in one stroke."""
-    with suppress(_FasterError), replacing(target) as partial:
+    with suppress(_FasterError), replacing(target, _dataset_folder()) as partial:
         fill(partial)
-        if not is_sound(partial, entry):
-            raise FetchError(f"{_prefix(entry)}: its content hashes are not those of the registry")
+        if not is_published(partial, entry):
+            raise FetchError(f"{_prefix(entry)}: its manifest or its content hashes are not those of the registry")
         if is_sound(target, entry):
             # Whoever reads the folder that another process has put there is not disturbed.
             raise _FasterError

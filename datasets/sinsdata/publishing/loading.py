@@ -12,8 +12,9 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from sinsdata.publishing.archives import check_file
-from sinsdata.publishing.fetch import UnavailableError, fetch, generate_instead, place_of, sound_manifest
+from sinsdata.publishing.fetch import UnavailableError, can_be_generated, fetch, generate_instead, place_of
 from sinsdata.publishing.registry import SHIPPED, read_registry
+from sinsdata.publishing.soundness import sound_manifest
 
 if TYPE_CHECKING:
     import numpy as np
@@ -222,14 +223,14 @@ def load(
     sinsdata.publishing.fetch.UnavailableError
         If it is not there and cannot be had.
     sinsdata.publishing.fetch.FetchError, sinsdata.publishing.archives.ArchiveError
-        If what is there is not what was published.
+        If what is there is not what was published, if there is no such folder, or no such dataset or tier.
     """
     registry = Path(registry)
     if tier == "short" and (SHORT / dataset).is_dir():
         return Dataset(SHORT / dataset)
     entry = read_registry(registry).find(dataset, tier)
     folder = place_of(dataset, tier, entry, None)
-    # The files themselves are hashed when they are read.
+    # The files are hashed when they are read; only what was generated here is read at once, for its content.
     if (manifest := sound_manifest(folder, entry, hashed=False)) is not None:
         return Dataset(folder, manifest)
     try:
@@ -237,6 +238,8 @@ def load(
         return Dataset(fetch(dataset, tier, source=given, mirrors=mirrors, registry=registry).folder)
     except UnavailableError as error:
         if not generate:
+            if not can_be_generated(dataset, tier):
+                raise
             raise UnavailableError(
                 f"{error}; it can be generated: sinsdata.load({dataset!r}, {tier!r}, generate=True)"
             ) from None

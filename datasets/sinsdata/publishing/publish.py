@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from sinsdata.format.manifest import read_manifest
-from sinsdata.format.storage import file_hash, json_text, replacing
+from sinsdata.format.manifest import own_files, read_manifest
+from sinsdata.format.schema import DATASETS
+from sinsdata.format.storage import Kind, file_hash, json_text, replacing
 from sinsdata.publishing.archives import check_files, listed_files, pack
-from sinsdata.publishing.registry import SHIPPED, Entry, Registry, read_registry, registry_json
+from sinsdata.publishing.registry import SHIPPED, Entry, Registry, RegistryError, read_registry, registry_json
+from sinsdata.tiers import tiers_of
 from sinsdata.verification.stored_cases import find_datasets
 from sinsdata.verification.verify import Check, verify
 
@@ -22,6 +25,7 @@ Progress: TypeAlias = Callable[[int, int, str], None]
 REGISTRY, SUMS = "registry.json", "SHA256SUMS"
 #: Name in a bundle -> name beside the package.
 _DOCUMENTS = {"CITATION.cff": "CITATION.cff", "LICENSE": "LICENSE-DATA"}
+_CARD = "README.md"
 #: Rows of the longest table, as the cards of Hugging Face sort them.
 _SIZES = (
     (10**3, "n<1K"), (10**4, "1K<n<10K"), (10**5, "10K<n<100K"), (10**6, "100K<n<1M"), (10**7, "1M<n<10M"),
@@ -93,29 +97,31 @@ def publish(
     NotSoundError
         If a dataset does not verify.
     PublishError
-        If `out` is something else than a bundle, two folders hold the same tier, or the content of what is published
-        already would change.
+        If two folders hold the same tier, one of the package's own tiers lacks tables, or the content of what is
+        published already would change.
+    sinsdata.format.storage.OccupiedError
+        If `out` is something else than a bundle, or holds more than that.
     sinsdata.format.manifest.DatasetError
         If the folder holds no dataset of this version.
     """
-    if out.exists() and not (out.is_dir() and ((out / REGISTRY).is_file() or not any(out.iterdir()))):
-        raise PublishError(f"{out}: is there and is no bundle; name a new folder")
+    _BUNDLE.check(out)
     found = find_datasets(folder)
     manifests = {place: read_manifest(place) for place in found}
     named = [(about["dataset"], about["tier"]) for about in manifests.values()]
     if twice := [pair for pair in named if named.count(pair) > 1]:
         raise PublishError(f"{folder}: {'/'.join(twice[0])} is there more than once")
     earlier = read_registry(registry)
+    planned = {place: _planned(place, about) for place, about in manifests.items()}
     for number, (place, about) in enumerate(manifests.items()):
         progress(number, len(found), f"verifying {place}")
         _check_unchanged(about, earlier)
         if failed := [check for check in verify(place) if not check.holds]:
             raise NotSoundError(failed)
     entries = []
-    with replacing(out) as bundle:
+    with replacing(out, _BUNDLE) as bundle:
         for number, (place, about) in enumerate(sorted(manifests.items(), key=lambda item: _key(item[1]))):
             progress(number, len(found), f"packing {place}")
-            entries.append(_add(bundle, place, about))
+            entries.append(_add(bundle, place, about, planned[place]))
         for dataset in sorted({about["dataset"] for about in manifests.values()}):
             _add_documents(bundle / dataset, [about for about in manifests.values() if about["dataset"] == dataset])
         made = Registry(tuple(entries), earlier.mirrors)
@@ -142,33 +148,64 @@ def _check_unchanged(manifest: Mapping[str, Any], earlier: Registry) -> None:
     )
 
 
-def _add(bundle: Path, place: Path, manifest: Mapping[str, Any]) -> Entry:
+def _planned(place: Path, manifest: Mapping[str, Any]) -> Entry:
+    """Return the entry of a dataset, its archive still empty, so that what cannot be published stops the run early.
+
+    Raises
+    ------
+    PublishError
+        If a name does not stay in its folder, or a tier of the package lacks tables.
+    """
+    dataset, tier = _key(manifest)
+    if tier in tiers_of(dataset) and (lacking := [t for t in DATASETS[dataset].tables if t not in manifest["tables"]]):
+        raise PublishError(f"{place}: tier {tier} lacks {', '.join(lacking)}: it is published with all of its tables")
+    archive, nothing = f"{dataset}-{tier}-{manifest['version']}.zip", hashlib.sha256().hexdigest()
+    try:
+        return Entry(dataset, tier, manifest["version"], archive, 0, nothing, 0, nothing, _contents(manifest))
+    except ValueError as error:
+        raise PublishError(f"{place}: {error}") from None
+
+
+def _add(bundle: Path, place: Path, manifest: Mapping[str, Any], planned: Entry) -> Entry:
     """Copy a dataset into the bundle and pack its archive."""
     dataset, tier = _key(manifest)
     names = ["manifest.json", *listed_files(manifest)]
-    folder, archive = bundle / dataset / tier, bundle / f"{dataset}-{tier}-{manifest['version']}.zip"
+    folder, archive = bundle / dataset / tier, bundle / planned.archive
     folder.mkdir(parents=True)
     for name in names:
         shutil.copyfile(place / name, folder / name)
     check_files(folder, manifest)  # what is packed is what was verified, whatever has happened to it meanwhile
     pack(folder, f"{dataset}/{tier}", names, archive)
-    return Entry(
-        dataset,
-        tier,
-        manifest["version"],
-        archive.name,
-        archive.stat().st_size,
-        file_hash(archive),
-        sum((folder / name).stat().st_size for name in names),
-        file_hash(folder / "manifest.json"),
-        _contents(manifest),
+    return replace(
+        planned,
+        bytes=archive.stat().st_size,
+        sha256=file_hash(archive),
+        unpacked_bytes=sum((folder / name).stat().st_size for name in names),
+        manifest_sha256=file_hash(folder / "manifest.json"),
     )
+
+
+def _own_files(folder: Path) -> set[str]:
+    """Return the files of a bundle, by its registry and the manifests of its datasets."""
+    try:
+        entries = read_registry(folder / REGISTRY).entries
+    except RegistryError:
+        return set()
+    own = {REGISTRY, SUMS, *(entry.archive for entry in entries)}
+    for entry in entries:
+        own |= {f"{entry.dataset}/{name}" for name in (_CARD, SUMS, *_DOCUMENTS)}
+        prefix = f"{entry.dataset}/{entry.tier}"
+        own |= {f"{prefix}/{name}" for name in own_files(folder / prefix)}
+    return own
+
+
+_BUNDLE = Kind("bundle", _own_files)
 
 
 def _add_documents(folder: Path, manifests: Sequence[Mapping[str, Any]]) -> None:
     """Write card, citation, licence and checksums of a dataset."""
     card = document(f"{manifests[0]['dataset']}.md").read_text(encoding="utf-8")
-    (folder / "README.md").write_text(card_with_header(card, manifests), encoding="utf-8", newline="\n")
+    (folder / _CARD).write_text(card_with_header(card, manifests), encoding="utf-8", newline="\n")
     for name, source in _DOCUMENTS.items():
         shutil.copyfile(document(source), folder / name)
     _write_sums(folder, [path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()])

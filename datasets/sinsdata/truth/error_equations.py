@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from fractions import Fraction
 from itertools import islice
 from math import ceil, log2
 
@@ -19,7 +20,6 @@ from sinsref.pi_monomials import PiMonomial, PiMonomialArithmetic
 from sinsref.quaternion import dot
 from sinsref.rounding import RoundingTally, UndecidedError, pairs_at, round_balls, round_value
 from sinsref.series import Series, SeriesArithmetic
-from sinsref.taylor import integrate
 from sinsref.travel import Turning, error_field, motion_rates
 
 #: Rows that are rounded together: what bounds the memory.
@@ -91,7 +91,9 @@ def error_equation_blocks(case: ErrorEquationCase, first: int, count: int, tally
             high, low, decided = _rounded([_row(balls, case, state) for state in islice(states, len(index))])
         tally.values += high.size
         tally.raised += int((~decided).sum())
-        _settle(case, index, high, low, decided)
+        # A ball proves a zero only where it holds nothing else.
+        tally.exact_zeros += int((decided & (high == 0)).sum())
+        _settle(case, index, high, low, decided, tally)
         yield Block(index, time[:, 0], time_lo[:, 0], high, low)
 
 
@@ -101,6 +103,7 @@ def _settle(
     high: NDArray[np.float64],
     low: NDArray[np.float64],
     decided: NDArray[np.bool_],
+    tally: RoundingTally,
 ) -> None:
     """Decide, in place, what the first attempt has left undecided."""
     if case.turn_rate is not None:
@@ -111,7 +114,7 @@ def _settle(
                 def component(ar: Arithmetic, place: int = place, epoch: int = int(index[row])) -> Number:
                     return horizontal_velocity(ar, case, ar.number(case.interval) * epoch)[place]
 
-                high[row, column], low[row, column] = round_value(component)
+                high[row, column], low[row, column] = round_value(component, tally)
                 decided[row, column] = True
     for factor in ESCALATION[1:]:
         rows = np.flatnonzero(~decided.all(axis=1))
@@ -122,6 +125,7 @@ def _settle(
             states = enumerate(_states(case, factor, max(wanted)))
             found = _rounded([_row(balls, case, state) for epoch, state in states if epoch in wanted])
         news = ~decided[rows]
+        tally.exact_zeros += int((news & found[2] & (found[0] == 0)).sum())
         for old, new in zip((high, low, decided), found, strict=True):
             old[rows] = np.where(news, new, old[rows])
     if not decided.all():
@@ -163,27 +167,27 @@ def _rounded(
     return high.reshape(shape), low.reshape(shape), decided.reshape(shape)
 
 
-def recomputed(case: ErrorEquationCase, index: int) -> list[Number]:
-    """Return time and the 27 values of an epoch by another path: plain Taylor series in mpmath, without enclosures.
+def recomputed_rows(case: ErrorEquationCase, rows: Iterable[int]) -> Iterator[list[Number]]:
+    """Yield time and the 27 values of epochs by another path: plain Taylor series in mpmath, without enclosures.
 
-    Motion, linear errors and the state of the displaced computer are integrated side by side; the nonlinear errors are
-    the difference of two states, and the error of the linear theory a difference of that.
+    Motion, linear errors and the state of the displaced computer are integrated side by side, once for all epochs; the
+    nonlinear errors are the difference of two states, and the error of the linear theory a difference of that.
 
     Parameters
     ----------
     case : ErrorEquationCase
-    index : int
-        Number of the epoch.
+    rows : iterable of int
+        Numbers of the epochs, increasing. The integration goes no further than the last that is asked for.
 
-    Returns
-    -------
+    Yields
+    ------
     list of 28 mpf
         Time, then the columns of `error_equation_blocks`.
     """
     ar = MpArithmetic(_DIGITS + 2 * max(0, ceil(-log2(case.error_size) * 0.302)))
-    earth, turn, zero = Earth.krasovsky(ar), turning(ar, case), ar.number(0)
+    earth, turn, interval = Earth.krasovsky(ar), turning(ar, case), ar.number(case.interval)
 
-    def field(series: SeriesArithmetic, _: Series, state: list[Series]) -> list[Number]:
+    def field(series: SeriesArithmetic, state: list[Series]) -> list[Number]:
         motion, linear, computed = state[:6], state[6:12], state[12:]
         rates, force = motion_rates(series, earth, turn, motion)
         return [
@@ -194,15 +198,37 @@ def recomputed(case: ErrorEquationCase, index: int) -> list[Number]:
 
     motion = initial_motion(ar, case)
     errors = [ar.number(x) for x in case.initial_errors]
-    state = [*motion, *errors, *(x + e for x, e in zip(motion, errors, strict=True))]
-    time = ar.number(case.interval) * index
-    if index:
-        state = integrate(ar, field, state, zero, time, steps=ceil(float(time) / _plain_step(case)), order=_ORDER)
-    motion, linear, computed = state[:6], state[6:12], state[12:]
-    # At the start the difference is what was given, not what is left of it after adding it to a large number.
-    nonlinear = [x - y for x, y in zip(computed, motion, strict=True)] if index else errors
-    force = motion_rates(ar, earth, turn, motion)[1]
-    return [time, *motion, *force, *linear, *nonlinear, *(x - y for x, y in zip(nonlinear, linear, strict=True))]
+    expansion = _expanded(ar, field, [*motion, *errors, *(x + e for x, e in zip(motion, errors, strict=True))])
+    # In intervals, and exact: the steps are the same whatever rows are asked for.
+    step, start = Fraction(_plain_step(case) / float(case.interval)), Fraction(0)
+    for index in rows:
+        while index - start > step:
+            expansion = _expanded(ar, field, _summed(ar, expansion, interval, step))
+            start += step
+        state = _summed(ar, expansion, interval, index - start)
+        motion, linear, computed = state[:6], state[6:12], state[12:]
+        # At the start the difference is what was given, not what is left of it after adding it to a large number.
+        nonlinear = [x - y for x, y in zip(computed, motion, strict=True)] if index else errors
+        force = motion_rates(ar, earth, turn, motion)[1]
+        beyond = [x - y for x, y in zip(nonlinear, linear, strict=True)]
+        yield [interval * index, *motion, *force, *linear, *nonlinear, *beyond]
+
+
+def _expanded(
+    ar: Arithmetic, field: Callable[[SeriesArithmetic, list[Series]], Sequence[Number]], state: Sequence[Number]
+) -> list[Series]:
+    """Return the Taylor series of the solution through a state."""
+    series = SeriesArithmetic(ar)
+    unknowns = [series.unknown(x) for x in state]
+    for unknown, rate in zip(unknowns, field(series, unknowns), strict=True):
+        series.define(unknown, rate if isinstance(rate, Series) else series.constant(rate))
+    return unknowns
+
+
+def _summed(ar: Arithmetic, expansion: Sequence[Series], interval: Number, part: Fraction) -> list[Number]:
+    """Return the state a part of an interval after that through which the series were expanded."""
+    time = interval * ar.number(part)
+    return [series.evaluate(time, _ORDER) for series in expansion]
 
 
 def _plain_step(case: ErrorEquationCase) -> float:

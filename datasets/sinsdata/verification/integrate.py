@@ -2,13 +2,14 @@
 
 Taylor series of the equations are summed at all epochs that a step reaches. Their coefficients are numbers of 62 digits
 without enclosures (the radii of the balls are dropped after every step): this path compares, it proves nothing. What it
-shares with the tables are the equations, their constants and the initial values, no solution.
+shares with the tables are the equations, their constants and the initial values, no solution. The tables of
+`error_equations` have no closed form: their second path, Taylor series in mpmath, is this integration.
 """
 
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from fractions import Fraction
@@ -17,15 +18,16 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 from flint import arb, arb_poly, fmpq
 
-from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, ErrorEquationCase
 from sinsdata.format.manifest import DatasetError, read_manifest, table_files
-from sinsdata.generation.tables import groups_of
+from sinsdata.generation.tables import GROUPS, groups_of
 from sinsdata.generation.workers import follow_parent
 from sinsdata.truth.formulas import TRANSITION_ELEMENTS
-from sinsdata.verification.recompute import PAIR_TOLERANCE, Worst, pair_columns
+from sinsdata.verification.recompute import PAIR_TOLERANCE, Worst, largest_errors, pair_columns
 from sinsdata.verification.stored_cases import load_cases
 from sinsdata.verification.stored_rows import TableLayout
 from sinsdata.verification.verify import Check
@@ -200,6 +202,8 @@ def compare(case: Case, stored: Stored) -> dict[str, Worst]:
     stored : mapping
         Only tables that the integration fills.
     """
+    if isinstance(case, ErrorEquationCase):
+        return _compare_recomputed(case, stored)
     worst = {table: Worst() for table in stored}
     with BallArithmetic(_BITS) as ar:
         problem = _PROBLEMS[type(case)](ar, case)
@@ -220,6 +224,17 @@ def compare(case: Case, stored: Stored) -> dict[str, Worst]:
     return worst
 
 
+def _compare_recomputed(case: ErrorEquationCase, stored: Stored) -> dict[str, Worst]:
+    """As `compare`, for tables whose second path is an integration already: all their rows by it."""
+    dataset, rows = _dataset_of(case), case.samples + 1
+    batches = {}
+    for table, (paths, first) in stored.items():
+        columns = [half for name in pair_columns(dataset, table) for half in (name, f"{name}_lo")]
+        whole = pa.concat_tables(_slices(paths, columns, first, rows)).combine_chunks()
+        (batches[table],) = whole.to_batches()
+    return largest_errors(dataset, case, range(rows), batches)
+
+
 def _difference(
     values: Sequence[Number], stored: Sequence[tuple[float, float]], vectors: Sequence[int], scales: list[float]
 ) -> float:
@@ -237,7 +252,17 @@ def _difference(
 
 
 def _dataset_of(case: Case) -> str:
-    return "dual_precession" if isinstance(case, DualPrecessionCase) else "equator_errors"
+    return next(dataset for dataset, of in CASE_CLASSES.items() if isinstance(case, of))
+
+
+def _tables_of(case: Case) -> Collection[str]:
+    """Return the tables that the integration of a case fills; none where its equations are not integrated here."""
+    if isinstance(case, ErrorEquationCase):
+        return [table for group in GROUPS[_dataset_of(case)] if group.exact_rows for table in group.tables]
+    if type(case) not in _PROBLEMS:
+        return ()
+    with BallArithmetic(_BITS) as ar:
+        return _PROBLEMS[type(case)](ar, case).vectors
 
 
 def _layout(dataset: str, table: str) -> TableLayout:
@@ -250,6 +275,13 @@ def _rows(
     """Yield the value pairs of rows, reading only the parts of the files in which they are."""
     names = [name for name in pair_columns(dataset, table) if name != "time"]
     columns = [half for name in names for half in (name, f"{name}_lo")]
+    for data in _slices(paths, columns, first, count):
+        numbers = np.column_stack([data[name].to_numpy() for name in columns])
+        for row in numbers.reshape(len(numbers), -1, 2).tolist():
+            yield list(map(tuple, row))
+
+
+def _slices(paths: Sequence[Path], columns: Sequence[str], first: int, count: int) -> Iterator[pa.Table]:
     passed, end = 0, first + count
     for path in paths:
         with pq.ParquetFile(path) as file:
@@ -257,10 +289,7 @@ def _rows(
                 rows = file.metadata.row_group(part).num_rows
                 start, stop = max(first, passed) - passed, min(end, passed + rows) - passed
                 if start < stop:
-                    data = file.read_row_group(part, columns=columns).slice(start, stop - start)
-                    numbers = np.column_stack([data[name].to_numpy() for name in columns])
-                    for row in numbers.reshape(len(numbers), -1, 2).tolist():
-                        yield list(map(tuple, row))
+                    yield file.read_row_group(part, columns=columns).slice(start, stop - start)
                 passed += rows
 
 
@@ -273,7 +302,8 @@ def integrate(
     ----------
     folder : Path
         A dataset that verifies otherwise; of `dual_precession` the tables ``truth``, ``increments``, ``mean_rates``,
-        ``accumulated`` and ``resolved`` are compared, of `equator_errors` ``truth`` and ``transition``.
+        ``accumulated`` and ``resolved`` are compared, of `equator_errors` ``truth`` and ``transition``, of
+        `error_equations` all.
     workers : int, default 2
         Processes.
     progress : callable, optional
@@ -290,10 +320,9 @@ def integrate(
     """
     manifest = read_manifest(folder)
     dataset, cases = load_cases(folder)
-    if not cases or type(cases[0]) not in _PROBLEMS:
+    known = _tables_of(cases[0]) if cases else ()
+    if not known:
         raise DatasetError(f"{folder}: the equations of {dataset} are not integrated here")
-    with BallArithmetic(_BITS) as ar:
-        known = _PROBLEMS[type(cases[0])](ar, cases[0]).vectors
     files = {table: table_files(folder, manifest, table) for table in manifest["tables"] if table in known}
     layouts = {table: _layout(dataset, table) for table in files}
     tasks: list[Stored] = []
@@ -306,8 +335,9 @@ def integrate(
         progress(number, len(cases), cases[number].name)
         for table, one in found.items():
             worst[table].take(one.size, one.where, one.count)
+    unit = "values" if isinstance(cases[0], ErrorEquationCase) else "rows"
     for table, one in worst.items():
-        what = f"{one.count} rows integrated from the differential equations"
+        what = f"{one.count} {unit} integrated from the differential equations"
         detail = f"relative difference {one.size * PAIR_TOLERANCE:.1e} at {one.where}"
         yield Check(f"{folder}: {table}", what, one.size <= 1, detail)
 

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isnan
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import pyarrow as pa
 
 from sinsdata.cases import Case
 from sinsdata.format.schema import DATASETS
-from sinsdata.generation.tables import TableGroup
+from sinsdata.generation.tables import TableGroup, groups_of
 from sinsref.arithmetic import Number
 
 #: Relative error that a pair may have at most: the accuracy that the columns state.
 PAIR_TOLERANCE = 1e-30
+#: How many rows of each case and table to compute again: a number, all, or `FEW` that cost little.
+Wanted: TypeAlias = int | Literal["all", "few"]
+FEW = 3
 
 
 @dataclass
@@ -42,22 +45,25 @@ class Worst:
             self.size, self.where = size, where
 
 
-def rows_to_recompute(group: TableGroup, case: Case, wanted: int | None, first: int, end: int) -> Iterable[int]:
+def rows_to_recompute(group: TableGroup, case: Case, wanted: Wanted, first: int, end: int) -> Sequence[int]:
     """Return which of some rows of a case to compute again: first and last of the case and evenly between.
 
     Parameters
     ----------
     group : TableGroup
     case : Case
-    wanted : int or None
-        How many rows of the case, at most; None for all.
+    wanted : int, "all" or "few"
+        How many rows of the case, at most. A `FEW` are looked for where they cost little, in the first
+        `TableGroup.spot_limit` rows; any other number reaches to the last row.
     first, end : int
         Only rows from `first` on and before `end`.
     """
-    if group.exact_row is None:
+    if group.exact_rows is None:
         return ()
-    rows = min(group.rows(case), group.spot_limit)
-    if wanted is None or wanted >= rows:
+    rows = group.rows(case)
+    if wanted == "few":
+        wanted, rows = FEW, min(rows, group.spot_limit)
+    if wanted == "all" or wanted >= rows:
         return range(first, min(end, rows))
     chosen = {round(i * (rows - 1) / max(wanted - 1, 1)) for i in range(wanted)}
     return sorted(row for row in chosen if first <= row < end)
@@ -69,35 +75,62 @@ def pair_columns(dataset: str, table: str) -> list[str]:
 
 
 def errors(
-    dataset: str, group: TableGroup, case: Case, row: int, stored: Sequence[dict[str, Any]]
-) -> Iterator[tuple[str, str, float]]:
-    """Compute a row of the tables of a group again, and yield table, column and relative error of each pair.
+    dataset: str, group: TableGroup, case: Case, rows: Sequence[int], stored: Iterable[Sequence[dict[str, Any]]]
+) -> Iterator[tuple[int, str, str, float]]:
+    """Compute rows of a group again, and yield row, table, column and relative error of each pair.
 
     Parameters
     ----------
     dataset : str
     group : TableGroup
     case : Case
-    row : int
-    stored : sequence of dict
-        The row of each table of the group, as pyarrow gives it to Python; a table may be left out by an empty dict.
+    rows : sequence of int
+        Increasing.
+    stored : iterable of sequence of dict
+        For each row that of each table of the group, as pyarrow gives it to Python; a table may be left out by an
+        empty dict.
     """
-    assert group.exact_row is not None
-    exact = group.exact_row(case, row)
-    place = 0
-    for table, values in zip(group.tables, stored, strict=True):
-        names = pair_columns(dataset, table)
-        timed = names[0] == "time"
-        width = len(names) - timed
-        if exact is None:
-            wanted: Sequence[Number | None] = [None] * len(names)
-        else:
-            own = exact[timed + place : timed + place + width]
-            wanted = [exact[0], *own] if timed else own
-        place += width
-        if values:
-            for name, error in zip(names, _errors(values, names, wanted), strict=True):
-                yield table, name, error
+    assert group.exact_rows is not None
+    for row, exact, of_tables in zip(rows, group.exact_rows(case, rows), stored, strict=True):
+        place = 0
+        for table, values in zip(group.tables, of_tables, strict=True):
+            names = pair_columns(dataset, table)
+            timed = names[0] == "time"
+            width = len(names) - timed
+            if exact is None:
+                wanted: Sequence[Number | None] = [None] * len(names)
+            else:
+                own = exact[timed + place : timed + place + width]
+                wanted = [exact[0], *own] if timed else own
+            place += width
+            if values:
+                for name, error in zip(names, _errors(values, names, wanted), strict=True):
+                    yield row, table, name, error
+
+
+def largest_errors(
+    dataset: str, case: Case, rows: Sequence[int], batches: Mapping[str, pa.RecordBatch]
+) -> dict[str, Worst]:
+    """Compute rows of a case again and return the largest error of each table, in units of `PAIR_TOLERANCE`.
+
+    Parameters
+    ----------
+    dataset : str
+    case : Case
+    rows : sequence of int
+        Increasing.
+    batches : mapping of str to RecordBatch
+        The stored rows, of tables of one group.
+    """
+    group = groups_of(dataset, list(batches))[-1]
+    stored = (
+        [python_row(batches[name], place) if name in batches else {} for name in group.tables]
+        for place in range(len(rows))
+    )
+    worst = {table: Worst() for table in batches}
+    for row, table, column, error in errors(dataset, group, case, rows, stored):
+        worst[table].take(error / PAIR_TOLERANCE, f"{case.name}, row {row}, {column}")
+    return worst
 
 
 def _errors(stored: dict[str, Any], names: Sequence[str], exact: Sequence[Number | None]) -> Iterator[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pyarrow as pa
@@ -22,6 +23,11 @@ def find_datasets(folder: Path) -> list[Path]:
         If there is none.
     """
     if not folder.is_dir():
+        # A path has only one of the slashes; a single letter is a drive.
+        if not folder.exists() and (uri := re.match(r"[A-Za-z][A-Za-z0-9+.-]+:/(?!/)", str(folder))):
+            raise DatasetError(
+                f"{uri[0]}/{str(folder)[uri.end() :]}: datasets are read from local folders; copy it to one first"
+            )
         raise DatasetError(f"{folder}: {'a file, not a folder' if folder.exists() else 'no such folder'}")
     found = sorted({path.parent for depth in ("", "*/", "*/*/") for path in folder.glob(depth + NAME)})
     found = [path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts)]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+import multiprocessing
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from decimal import Context, Decimal
 from pathlib import Path
 from typing import TypeAlias
@@ -18,16 +21,19 @@ from sinsdata.format.schema import arrow_schema
 from sinsdata.generation.digits import DIGITS
 from sinsdata.generation.specification import Specification
 from sinsdata.generation.tables import Segment, TableGroup
+from sinsdata.generation.workers import follow_parent
 from sinsdata.truth.irregular import PARTS, shifts
 from sinsdata.verification.double_double import DoubleDouble
 from sinsdata.verification.invariants import CASE_INVARIANTS, INVARIANTS
-from sinsdata.verification.recompute import PAIR_TOLERANCE, Worst, errors, pair_columns, python_row, rows_to_recompute
+from sinsdata.verification.recompute import Wanted, Worst, largest_errors, pair_columns, python_row, rows_to_recompute
 from sinsdata.verification.residuals import Invariant, Residual, interval_of
 from sinsdata.verification.stored_rows import Places, Stretch, TableCursor, TableLayout, Window, stretches
 from sinsref.rounding import RoundingTally
 
 #: Cases that are looked at together in tables with a row per case.
 _CASES = 2**10
+#: Parts of tables that wait to be computed again, for each worker.
+_AHEAD = 4
 #: Tables whose times are not whole intervals.
 OFF_GRID = ("nonuniform", "nonuniform_truth")
 #: Lines of ``digits.csv``: (table, case) -> row -> (column, value).
@@ -55,7 +61,9 @@ class StoredTable:
     def __init__(self, dataset: str, name: str, group: TableGroup, paths: Sequence[Path]) -> None:
         self.name = name
         self.layout = TableLayout(name, group)
+        self.spot_limit = group.spot_limit
         self.pairs = pair_columns(dataset, name)
+        self.halves = [half for name in self.pairs for half in (name, f"{name}_lo")]
         self.digest = ContentHash(arrow_schema(dataset, name))
         self._cursor = TableCursor(paths)
         self._last: pa.RecordBatch | None = None
@@ -127,12 +135,14 @@ class StoredPass:
         Of the cases that the dataset holds.
     tables : mapping of str to sequence of Path
         The files of each table that is sound.
-    recompute : int or None
-        Rows of each case and table to compute again; None for all.
+    recompute : int, "all" or "few"
+        Rows of each case and table to compute again.
     lines : mapping
         Rows of ``digits.csv``.
     progress : callable
         ``progress(rows done, rows in all, what)``.
+    workers : int
+        Processes that compute rows again; with one, this process does.
 
     Attributes
     ----------
@@ -145,9 +155,10 @@ class StoredPass:
         self,
         specification: Specification,
         tables: Mapping[str, Sequence[Path]],
-        recompute: int | None,
+        recompute: Wanted,
         lines: SpotLines,
         progress: Callable[[int, int, str], None],
+        workers: int,
     ) -> None:
         self._specification = specification
         self._cases, self._dataset = specification.cases, specification.dataset
@@ -159,6 +170,9 @@ class StoredPass:
             if name in tables
         }
         self._recompute, self._lines, self._progress = recompute, lines, progress
+        self._workers, self._done = workers, 0
+        self._pool: ProcessPoolExecutor | None = None
+        self._open: deque[tuple[Future[dict[str, Worst]], int, Case]] = deque()
         self._context = Context(prec=DIGITS)
         self.findings: Findings = defaultdict(Worst)
         self.recomputed: dict[str, Worst] = defaultdict(Worst)
@@ -174,19 +188,29 @@ class StoredPass:
         """
         timed = [table for table in self.tables.values() if table.timed]
         others = [table for table in self.tables.values() if not table.timed]
-        total = self._specification.all_rows
-        done = 0
         # What is stored may be anything: numbers that overflow are found, not warned of.
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), self._processes():
             for start in range(0, len(self._cases), _CASES):
                 parts = tuple(Stretch(case, 0, case.samples) for case in self._cases[start : start + _CASES])
-                done += self._look(parts, others, CASE_INVARIANTS.get(self._dataset, ()))
-                self._progress(done, total, "cases")
+                self._look(parts, others, CASE_INVARIANTS.get(self._dataset, ()))
             for parts in stretches(self._cases) if timed else ():
-                done += self._look(parts, timed, INVARIANTS.get(self._dataset, ()))
-                self._progress(done, total, f"rows of {parts[-1].case.name}")
+                self._look(parts, timed, INVARIANTS.get(self._dataset, ()))
+            self._collect(0)
 
-    def _look(self, parts: tuple[Stretch, ...], tables: Sequence[StoredTable], known: Sequence[Invariant]) -> int:
+    @contextmanager
+    def _processes(self) -> Iterator[None]:
+        if self._workers < 2:
+            yield
+            return
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(self._workers, mp_context=context, initializer=follow_parent) as self._pool:
+            try:
+                yield
+            finally:
+                # Whatever stops the pass, it does not wait for what nobody reads any more.
+                self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _look(self, parts: tuple[Stretch, ...], tables: Sequence[StoredTable], known: Sequence[Invariant]) -> None:
         batches: dict[str, pa.RecordBatch] = {}
         rows: dict[str, pa.RecordBatch] = {}
         for table in tables:
@@ -204,7 +228,6 @@ class StoredPass:
                 for residual in invariant.residuals(window):
                     _take(worst, residual, parts)
         self._values(parts, batches)
-        return sum(batch.num_rows for batch in batches.values())
 
     def _order(self, table: StoredTable, batch: pa.RecordBatch, parts: tuple[Stretch, ...]) -> None:
         right, time = table.order(batch, parts)
@@ -248,20 +271,39 @@ class StoredPass:
         """Compute rows again and compare the lines of ``digits.csv``."""
         for group in self._groups:
             there = [name for name in group.tables if name in batches]
-            if not there or group.exact_row is None:
+            if not there:
                 continue
             offset = 0
             for part, (first, end) in zip(parts, self.tables[there[0]].spans(parts), strict=True):
-                for row in rows_to_recompute(group, part.case, self._recompute, first, end):
-                    stored = [
-                        python_row(batches[name], offset + row - first) if name in batches else {}
-                        for name in group.tables
-                    ]
-                    for table, column, error in errors(self._dataset, group, part.case, row, stored):
-                        self.recomputed[table].take(error / PAIR_TOLERANCE, f"{part.case.name}, row {row}, {column}")
+                rows = rows_to_recompute(group, part.case, self._recompute, first, end)
+                places = pa.array([offset + row - first for row in rows], pa.int64())
+                stored = {name: batches[name].select(self.tables[name].halves).take(places) for name in there}
+                self._compute_again(part.case, rows, stored, (end - first) * len(there))
                 for name in there:
                     self._spots(name, part.case, first, end, batches[name], offset)
                 offset += end - first
+
+    def _compute_again(self, case: Case, rows: Sequence[int], stored: Mapping[str, pa.RecordBatch], read: int) -> None:
+        """Compute rows of a case again, here or on the pool; `read` rows have been read for them."""
+        if not rows:
+            self._finish({}, read, case)
+        elif self._pool is None:
+            self._finish(largest_errors(self._dataset, case, rows, stored), read, case)
+        else:
+            self._open.append((self._pool.submit(largest_errors, self._dataset, case, rows, stored), read, case))
+            self._collect(self._workers * _AHEAD)
+
+    def _collect(self, waiting: int) -> None:
+        """Wait for what the pool computes until no more than `waiting` parts are open."""
+        while len(self._open) > waiting:
+            future, read, case = self._open.popleft()
+            self._finish(future.result(), read, case)
+
+    def _finish(self, found: Mapping[str, Worst], read: int, case: Case) -> None:
+        for table, worst in found.items():
+            self.recomputed[table].take(worst.size, worst.where, worst.count)
+        self._done += read
+        self._progress(self._done, self._specification.all_rows, f"rows of {case.name}")
 
     def _spots(self, table: str, case: Case, first: int, end: int, batch: pa.RecordBatch, offset: int) -> None:
         for row, lines in self._lines.get((table, case.name), {}).items():

@@ -15,7 +15,8 @@ from sinsdata.format.schema import DATASETS, arrow_schema, without_provenance
 from sinsdata.format.storage import file_hash
 from sinsdata.generation import digits
 from sinsdata.generation.specification import Specification
-from sinsdata.verification.recompute import Worst
+from sinsdata.generation.tables import ANY_ROW
+from sinsdata.verification.recompute import Wanted, Worst
 from sinsdata.verification.stored_cases import load_cases
 from sinsdata.verification.stored_pass import SpotLines, StoredPass, UnreadableError, read_lines
 
@@ -52,7 +53,7 @@ def _silent(done: int, total: int, what: str) -> None:
     pass
 
 
-def verify(folder: Path, recompute: int | None = 3, progress: _Progress = _silent) -> Iterator[Check]:
+def verify(folder: Path, recompute: Wanted = "few", progress: _Progress = _silent, workers: int = 1) -> Iterator[Check]:
     """Check a dataset: bytes, content, schema, rows, relations between them, and some computed again.
 
     A table is read once, and only if its files are those of the manifest; memory does not grow with it.
@@ -61,11 +62,13 @@ def verify(folder: Path, recompute: int | None = 3, progress: _Progress = _silen
     ----------
     folder : Path
         The dataset.
-    recompute : int or None, default 3
+    recompute : int, "all" or "few", default "few"
         Rows of each case and table that are computed again by mpmath, from the case alone: first, last and evenly
-        between; None for all.
+        between. Few are three; in tables where a row costs all before it, three of the first (the check says so).
     progress : callable, optional
         ``progress(done, total, what)``.
+    workers : int, default 1
+        Processes that compute rows again.
 
     Yields
     ------
@@ -91,7 +94,7 @@ def verify(folder: Path, recompute: int | None = 3, progress: _Progress = _silen
             if all(check.holds for check in checks):
                 sound.append(table)
     if "cases" in sound:
-        yield from _check_rows(folder, manifest, sound, digits.NAME in damaged, recompute, progress)
+        yield from _check_rows(folder, manifest, sound, digits.NAME in damaged, recompute, progress, workers)
 
 
 def _check_manifest(folder: Path, manifest: Mapping[str, Any]) -> Iterator[Check]:
@@ -167,8 +170,9 @@ def _check_rows(
     manifest: Mapping[str, Any],
     sound: list[str],
     digits_damaged: bool,
-    recompute: int | None,
+    recompute: Wanted,
     progress: _Progress,
+    workers: int,
 ) -> Iterator[Check]:
     dataset, cases = load_cases(folder)
     given = manifest.get("cases")
@@ -194,23 +198,25 @@ def _check_rows(
         right = text == digits.digits_text(specification)
         yield Check(f"{folder}: {digits.NAME}", "digits computed again", right, "they differ")
         lines = read_lines(text) if right else {}
-    looked = StoredPass(specification, whole, recompute, lines, progress)
+    looked = StoredPass(specification, whole, recompute, lines, progress, workers)
     try:
         looked.run()
     except UnreadableError as error:
         yield Check(f"{folder}: {str(error).partition(':')[0]}", "readable as Parquet", False, str(error))
         return
-    yield from _results(folder, manifest, looked)
+    yield from _results(folder, manifest, looked, recompute)
 
 
-def _results(folder: Path, manifest: Mapping[str, Any], looked: StoredPass) -> Iterator[Check]:
+def _results(folder: Path, manifest: Mapping[str, Any], looked: StoredPass, recompute: Wanted) -> Iterator[Check]:
     for name, table in looked.tables.items():
         digest, stated = table.digest.hexdigest(), manifest["tables"][name].get("content_sha256")
         yield Check(f"{folder}: {name}", "content hash", digest == stated, f"{digest} instead of {stated}")
     for (where, what), worst in looked.findings.items():
         yield Check(f"{folder}: {where}", what, worst.size <= 1, _times(worst))
     for table_name, worst in looked.recomputed.items():
-        what = f"{worst.count} values computed again by mpmath"
+        limit = looked.tables[table_name].spot_limit
+        among = f", of the first {limit} rows of each case" if recompute == "few" and limit < ANY_ROW else ""
+        what = f"{worst.count} values computed again by mpmath{among}"
         detail = f"relative difference {worst.size * 1e-30:.1e} at {worst.where}"
         yield Check(f"{folder}: {table_name}", what, worst.size <= 1, detail)
     for table_name, worst in looked.spots.items():
