@@ -39,7 +39,7 @@ def test_the_key_changes_with_everything_that_the_files_depend_on(monkeypatch: p
     with small_shards():
         keys.append(_key())
     with monkeypatch.context() as patched:
-        patched.setattr(specification, "version", lambda package: "0.0.1")
+        patched.setattr(specification, "makers", lambda: {"sinsbench": "0.0.1"})
         keys.append(_key())
     assert len(set(keys)) == len(keys)
     assert _key() == keys[0]

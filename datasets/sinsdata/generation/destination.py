@@ -190,8 +190,9 @@ class LocalFolder:
 
     def leave(self) -> None:
         """Remove what this run was writing, and the folder if nothing else is in it."""
-        for path in self.staging.glob(f"{WRITING}{self.run}-*"):
-            path.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):  # another run may finish, and tidy up, at this very moment
+            for path in list(self.staging.glob(f"{WRITING}{self.run}-*")):
+                path.unlink(missing_ok=True)
         for folder in (self.gathered, self.staging):
             with suppress(OSError):
                 folder.rmdir()
