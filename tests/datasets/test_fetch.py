@@ -195,7 +195,7 @@ def test_without_a_place_to_get_it_from_it_says_so(bundle: Path, tmp_path: Path)
         fetch(NAME, registry=own)
     (empty := tmp_path / "empty").mkdir()
     with pytest.raises(UnavailableError, match=re.escape(f"{empty / 'registry.json'} is not there")):
-        fetch(NAME, source=empty)
+        fetch(NAME, source=empty, registry=own)
     with pytest.raises(FetchError, match="nowhere: no such folder"):
         fetch(NAME, source=tmp_path / "nowhere")
     with pytest.raises(FetchError, match="unknown tier 'gold' of dual_precession; admissible: paper, standard, short"):
@@ -275,7 +275,10 @@ def tiny_bundle(tiny: tuple[EquatorCase, ...], tmp_path: Path, monkeypatch: pyte
     # The tier of the paper with one short case: what is generated instead is then there in a moment.
     monkeypatch.setattr("sinsdata.tiers.cases_of", lambda dataset, tier: tiny)
     generate("equator_errors", "paper", tiny, tmp_path / "data")
-    return publish(tmp_path / "data", tmp_path / "bundle").folder
+    # Under this version other content is published; here nothing is.
+    nothing = tmp_path / "nothing.json"
+    nothing.write_text('{"format": 1, "mirrors": [], "entries": []}', encoding="utf-8")
+    return publish(tmp_path / "data", tmp_path / "bundle", registry=nothing).folder
 
 
 def test_what_cannot_be_had_is_generated_with_the_same_content(tiny_bundle: Path) -> None:
