@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 from flint import arb
@@ -17,8 +18,6 @@ from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
 from sinsdata.truth.certified import RowFormula
 from sinsdata.truth.formulas import WORKING_BITS, equator_bits, equator_state, precession_formula
 from sinsref.arithmetic import Arithmetic, BallArithmetic, MpArithmetic, Number
-from sinsref.equator import EquatorModel
-from sinsref.equator_forced import Misalignment
 from sinsref.equator_literal import solution as literal_solution
 from sinsref.equator_modes import NoRealModesError
 from sinsref.exact import ExactNumber
@@ -62,20 +61,13 @@ class _Formulas:
     bits: Callable[[Any], int]
 
 
-def _equator_literal(case: EquatorCase) -> RowFormula:
-    def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
-        initial = [ar.number(x) for x in case.initial_errors]
-        tilt = None
-        if case.misalignment is not None:
-            elements = [[ar.number(x) for x in row] for row in case.misalignment]
-            tilt = Misalignment(elements, ar.number(case.inertial_longitude))
-        return literal_solution(ar, EquatorModel.at(ar, case.v_east, case.height), initial, tilt, time)
-
-    return formula
-
-
 _FORMULAS: Mapping[type[Any], _Formulas] = {
-    EquatorCase: _Formulas(equator_state, _equator_literal, tuple(slice(i, i + 1) for i in range(6)), equator_bits),
+    EquatorCase: _Formulas(
+        equator_state,
+        partial(equator_state, solved=literal_solution),
+        tuple(slice(i, i + 1) for i in range(6)),
+        equator_bits,
+    ),
     # (4.4) and (4.5) are the solution itself: its literal form is the exact one.
     DualPrecessionCase: _Formulas(
         precession_formula, precession_formula, (slice(0, 4), slice(4, 7), slice(7, 10)), lambda case: WORKING_BITS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from decimal import Context, Decimal
@@ -49,7 +50,7 @@ class ListAxis:
 
 
 @dataclass(frozen=True)
-class _Range:
+class _Range(ABC):
     """Values between two ends.
 
     Attributes
@@ -71,9 +72,9 @@ class _Range:
             return self.start if place == 0 else self.end
         return _between(self, place)
 
+    @abstractmethod
     def between(self, index: int) -> ExactNumber:
         """Return a value other than the ends."""
-        raise NotImplementedError
 
 
 # Cached: walking a grid asks for the values of its axes over and over.

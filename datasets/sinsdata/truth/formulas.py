@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 from sinsdata.cases import DualPrecessionCase, EquatorCase, whole_intervals
@@ -91,8 +91,15 @@ def equator_bits(case: EquatorCase) -> int:
         return WORKING_BITS + guard_bits(balls, model, balls.number(case.duration))
 
 
-def equator_state(case: EquatorCase) -> RowFormula:
-    """Return the formula of the six errors of a case."""
+def equator_state(case: EquatorCase, solved: Callable[..., Sequence[Number]] = solution) -> RowFormula:
+    """Return the formula of the six errors of a case.
+
+    Parameters
+    ----------
+    case : EquatorCase
+    solved : callable, optional
+        Another form of the solution, called as `sinsref.equator_forced.solution` is.
+    """
 
     def formula(ar: Arithmetic, time: Number) -> Sequence[Number]:
         initial = [ar.number(x) for x in case.initial_errors]
@@ -100,7 +107,7 @@ def equator_state(case: EquatorCase) -> RowFormula:
         if case.misalignment is not None:
             elements = [[ar.number(x) for x in row] for row in case.misalignment]
             tilt = Misalignment(elements, ar.number(case.inertial_longitude))
-        return solution(ar, EquatorModel.at(ar, case.v_east, case.height), initial, tilt, time)
+        return solved(ar, EquatorModel.at(ar, case.v_east, case.height), initial, tilt, time)
 
     return formula
 
