@@ -182,7 +182,7 @@ def test_control_c(start_python: Any, undisturbed: Any, tmp_path: Path, workers:
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == -signal.SIGINT
-    assert errors.count("Traceback") == errors.count("KeyboardInterrupt") == 1
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
     assert survivors(children, 10) == []
     assert half_written(tmp_path) == []
     finished = finished_shards(tmp_path)

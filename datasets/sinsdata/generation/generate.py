@@ -21,6 +21,8 @@ from sinsdata.generation.specification import Specification
 from sinsdata.generation.workers import Results, check_workers, cluster, here, pool
 from sinsref.rounding import RoundingTally
 
+#: Times that files of this run may vanish before that is an error.
+_LOSSES = 5
 #: ``progress(rows done, rows in all, what)``.
 Progress: TypeAlias = Callable[[int, int, str], None]
 
@@ -108,6 +110,7 @@ def generate(
     place = destination(out, dataset, tier, specification.key)
     folder = shown(out, dataset, tier)
     files = sum(len(shard.files) for shard in specification.shards)
+    losses = 0
     while True:
         there = place.finished()
         if there is not None and there["specification"] == specification.key and place.intact(there):
@@ -124,8 +127,11 @@ def generate(
             if missing and not place.taken():
                 return Generated(folder, {}, files, missing=missing)
         except FileNotFoundError:
-            if not place.taken():
+            # Another run of this specification has finished, and tidies up: what was there goes file by file.
+            losses += 1
+            if not place.taken() and losses > _LOSSES:
                 raise
+            sleep(0.05 * losses)
         finally:
             place.leave()
     progress(specification.all_rows, specification.all_rows, "done")
