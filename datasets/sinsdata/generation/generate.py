@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from time import sleep
 from typing import Any, TypeAlias
 
 from sinsdata.cases import Case
