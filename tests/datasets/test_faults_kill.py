@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import re
 import signal
 import time
 from dataclasses import fields
@@ -182,7 +183,13 @@ def test_control_c(start_python: Any, undisturbed: Any, tmp_path: Path, workers:
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == -signal.SIGINT
-    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+    # The interrupt ends the run, and once. It may come while a receipt that is not there yet is looked for, and then
+    # Python names that too; anything else would be an error of ours.
+    raised = re.findall(r"^(\w+(?:\.\w+)*)(?=:|$)(?!.*most recent call)", errors, re.MULTILINE)
+    named = [name for name in raised if name.endswith(("Error", "Exception", "Interrupt", "Exit"))]
+    assert named[-1] == "KeyboardInterrupt"
+    assert set(named[:-1]) <= {"FileNotFoundError"}
+    assert errors.count("Traceback") == len(named)
     assert survivors(children, 10) == []
     assert half_written(tmp_path) == []
     finished = finished_shards(tmp_path)

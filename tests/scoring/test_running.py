@@ -19,21 +19,21 @@ def test_the_first_call_is_not_timed():
             time.sleep(0.2)
         return len(calls)
 
-    result, seconds = run(function, ())
-    assert (result, len(calls)) == (1, 4)
-    assert seconds < 0.1
+    timed = run(function, ())
+    assert (timed.result, len(calls)) == (1, 4)
+    assert timed.least < 0.1
 
 
 def test_a_warm_subject_is_timed_at_once():
     calls = []
-    _, seconds = run(lambda: calls.append(time.sleep(0.02)), (), repetitions=3, warm=True, budget=0.01)
+    timed = run(lambda: calls.append(time.sleep(0.02)), (), repetitions=3, warm=True, budget=0.01)
     assert len(calls) == 1
-    assert seconds >= 0.02
+    assert timed.least >= 0.02
 
 
 def test_no_repetitions_no_time():
     calls = []
-    assert np.isnan(run(lambda: calls.append(1), (), repetitions=0)[1])
+    assert np.isnan(run(lambda: calls.append(1), (), repetitions=0).least)
     assert len(calls) == 1
 
 
@@ -44,7 +44,7 @@ def test_a_subject_may_write_into_its_arguments():
         x += 1
         return x
 
-    assert run(function, (given,))[0].tolist() == [1, 2, 3]
+    assert run(function, (given,)).result.tolist() == [1, 2, 3]
     assert given.tolist() == [0, 1, 2]
 
 
@@ -54,7 +54,7 @@ def test_warnings_and_prints_do_no_harm(capsys):
         print("hello")
         return np.float64(1) / np.float64(0)
 
-    assert run(function, (), 0)[0] == np.inf
+    assert run(function, (), 0).result == np.inf
     assert capsys.readouterr().out == ""
 
 
@@ -193,7 +193,7 @@ def test_arguments_by_name_are_copied_too():
         x += 1
         return x
 
-    assert run(function, (), keywords={"x": given})[0].tolist() == [1, 2, 3]
+    assert run(function, (), keywords={"x": given}).result.tolist() == [1, 2, 3]
     assert given.tolist() == [0, 1, 2]
 
 

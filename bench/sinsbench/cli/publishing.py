@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from sinsbench.cli.options import JsonFile
+
 if TYPE_CHECKING:
     from sinsdata.publishing.fetch import Fetched
 
@@ -17,9 +19,6 @@ def _local_folder(text: str) -> Path:
     if not text or "://" in text:
         raise typer.BadParameter(f"{text!r}: must be a local folder")
     return Path(text)
-
-
-JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the rows as JSON too.")]
 
 
 def publish(

@@ -14,7 +14,8 @@ from sinsbench.cli.output import Progress
 from sinsbench.reproduction.files import write_results
 from sinsbench.reproduction.parallel import Part, run_parts
 from sinsbench.scoring.score import score
-from sinsdata.cases import Case, DualPrecessionCase
+from sinsbench.subjects.registry import subjects_of
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase
 from sinsdata.generation.generate import Generated, generate
 from sinsdata.tiers import paper_cases
 from sinsdata.verification.stored_cases import load_cases
@@ -91,7 +92,7 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
         # What is scored are the cases of the files just written.
         cases += load_cases(made.folder)[1]
     parts = [
-        *(Part(f"scoring on {group[0].name}", score, (None, group)) for group in _groups(cases)),
+        *(Part(f"scoring on {group[0].name}", score, (_subjects(group), group)) for group in _groups(cases)),
         *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS),
     ]
     results = run_parts(parts, lambda done, total, what: progress(10 + round(88 * done / total), 100, what))
@@ -136,6 +137,12 @@ def _groups(cases: list[Case]) -> list[tuple[Case, ...]]:
         else:
             groups.setdefault(case.name, []).append(case)
     return sorted(map(tuple, groups.values()), key=lambda group: -sum(case.samples for case in group))
+
+
+def _subjects(group: tuple[Case, ...]) -> list[str]:
+    """Return the names of the subjects that a paper's claims rest on."""
+    dataset = next(name for name, kind in CASE_CLASSES.items() if isinstance(group[0], kind))
+    return [subject.name for subject in subjects_of(dataset) if subject.paper]
 
 
 def _judge(paper: str) -> tuple[list[dict[str, Any]], list[tuple[str, list[dict[str, Any]], str]]]:

@@ -152,11 +152,11 @@ def score_formula(
         missing = _not_taken(loaded.function, reference.keywords)
         if missing is not None:
             raise RunError("not applicable", f"takes no {missing}")
-        result, seconds = run(loaded.function, reference.arguments, repetitions, warm, keywords=reference.keywords)
-        fields = _measured(checked_states(result, len(truth.time)), reference)
+        timed = run(loaded.function, reference.arguments, repetitions, warm, keywords=reference.keywords)
+        fields = _measured(checked_states(timed.result, len(truth.time)), reference)
     except RunError as failure:
         return [merged(head, {"status": failure.status, "message": str(failure)})]
-    return [merged(head, fields, {"ns_per_sample": seconds / len(truth.time) * 1e9})]
+    return [merged(head, fields, {"ns_per_sample": timed.least / len(truth.time) * 1e9, "version": timed.version})]
 
 
 @np.errstate(over="ignore", divide="ignore", invalid="ignore")

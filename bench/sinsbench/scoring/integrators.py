@@ -104,6 +104,7 @@ class _Run:
     velocity: Array | None
     velocity_body: Array | None
     ns_per_sample: float
+    version: str
 
     def at(self, checkpoints: NDArray[np.intp]) -> "_Run":
         """Return the errors at some of the checkpoints."""
@@ -136,8 +137,8 @@ def _run(loaded: LoadedSubject, motion: SampledMotion, repetitions: int, warm: b
         motion.attitude[0],
         motion.velocity_inertial[0],
     )
-    result, seconds = run(loaded.function, arguments, repetitions, warm)
-    output = checked_integrator_output(result, samples)
+    timed = run(loaded.function, arguments, repetitions, warm)
+    output = checked_integrator_output(timed.result, samples)
     r = output.samples_per_step
     # Input rows that end at the checkpoints; a sample that was dropped ends none.
     places = np.searchsorted(motion.ends, motion.checkpoints)
@@ -166,7 +167,8 @@ def _run(loaded: LoadedSubject, motion: SampledMotion, repetitions: int, warm: b
         errors("attitude", attitude_error_vectors),
         errors("velocity_inertial"),
         errors("velocity_body"),
-        seconds / samples * 1e9,
+        timed.least / samples * 1e9,
+        timed.version,
     )
 
 
@@ -212,6 +214,7 @@ def _measured(errors: _Run, rung: Rung) -> dict[str, Any]:
         "status": "ok",
         "samples_per_step": errors.output.samples_per_step,
         "ns_per_sample": errors.ns_per_sample,
+        "version": errors.version,
         **_capped("attitude_error", errors.attitude, inputs.attitude[at]),
         **_capped("velocity_error", errors.velocity, inputs.velocity[at]),
         **_capped("velocity_body_error", errors.velocity_body, inputs.velocity_body[at]),

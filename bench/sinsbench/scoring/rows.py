@@ -8,8 +8,12 @@ import numpy as np
 
 __all__ = ["FIELDS", "SCORE_FIELDS", "STATUSES", "Field", "row"]
 
-STATUSES = ("ok", "error", "wrong shape", "not finite", "not applicable")
-"""What may become of a subject: it ran; it raised; its result has another form, or holds NaN; it declined the case."""
+STATUSES = (
+    *("ok", "error", "wrong shape", "not finite", "not applicable"),
+    *("timeout", "crashed", "out of memory", "not installed"),
+)
+"""What may become of a subject: it ran; it raised; its result has another form, or holds NaN; it declined the case.
+Of one that runs elsewhere also: it was stopped; its process died; it asked for too much memory; it is not there."""
 
 
 class Field(NamedTuple):
@@ -50,6 +54,7 @@ FIELDS = (
     Field("flops_per_sample", "", "floating-point operations a sample"),
     Field("status", "", f"one of: {', '.join(STATUSES)}"),
     Field("message", "", "what went wrong, in one line"),
+    Field("version", "", "version of a subject that runs elsewhere"),
     Field("takes", "", "input convention that the integrator was fed"),
     Field("order_points", "", "rungs of the ladder that observed_order rests on"),
     Field("local_order", "", "slope of attitude_error_max to the next coarser interval"),

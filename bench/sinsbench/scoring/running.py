@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from sinsbench.subjects.equator_model import NotApplicableError
 from sinsbench.subjects.loading import described, printable
+from sinsbench.subjects.outcome import Outcome, OutcomeError
 
-__all__ = ["IntegratorOutput", "RunError", "checked_integrator_output", "checked_states", "run"]
+__all__ = ["IntegratorOutput", "RunError", "Timed", "checked_integrator_output", "checked_states", "run"]
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,29 @@ class RunError(Exception):
         self.status = status
 
 
+@dataclass(frozen=True)
+class Timed:
+    """What a subject returned, and how long it took.
+
+    Attributes
+    ----------
+    result : object
+    seconds : tuple of float
+        Times of the calls that count, s; empty if there were none.
+    version : str
+        Version of what runs elsewhere, where it tells one.
+    """
+
+    result: Any
+    seconds: tuple[float, ...]
+    version: str = ""
+
+    @property
+    def least(self) -> float:
+        """Least of the times, s; NaN if there are none."""
+        return min(self.seconds, default=float("nan"))
+
+
 def run(
     function: Callable[..., Any],
     arguments: tuple[Any, ...],
@@ -48,8 +72,8 @@ def run(
     warm: bool = False,
     budget: float = 0.3,
     keywords: Mapping[str, Any] | None = None,
-) -> tuple[Any, float]:
-    """Call a subject, and again for its time.
+) -> Timed:
+    """Call a subject, and again for its time; one that runs elsewhere is called once, and brings its times.
 
     Parameters
     ----------
@@ -67,10 +91,8 @@ def run(
 
     Returns
     -------
-    result : object
-        What the first call returned.
-    seconds : float
-        Least time of the timed calls; NaN if there was none.
+    Timed
+        What the first call returned, and the times.
 
     Raises
     ------
@@ -79,10 +101,12 @@ def run(
     """
     named = keywords or {}
     result, first = _call(function, arguments, named)
+    if isinstance(result, Outcome):
+        return Timed(result.result, result.seconds if repetitions else (), result.version)
     times = [first] if warm and repetitions else []
     while len(times) < repetitions and sum(times) < budget:
         times.append(_call(function, arguments, named)[1])
-    return result, min(times, default=float("nan"))
+    return Timed(result, tuple(times))
 
 
 def _own(value: Any) -> Any:
@@ -101,6 +125,8 @@ def _call(function: Callable[..., Any], arguments: tuple[Any, ...], keywords: Ma
             return result, time.perf_counter() - start
     except NotApplicableError as error:
         raise RunError("not applicable", described(error)) from error
+    except OutcomeError as error:
+        raise RunError(error.status, str(error)) from error
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # a stranger's code may raise anything

@@ -36,6 +36,12 @@ class Subject:
         Number of samples one step of an integrator consumes, where that is known.
     takes : str or None
         Input convention that an integrator declares; None declares none, and is fed increments.
+    order_coning : int or None
+        Its order on pure coning, where that is another: coefficients optimised for coning pay for it elsewhere.
+    state_bytes : int or None
+        Size of what it carries from one step to the next: attitude, velocity, carried errors, earlier samples.
+    paper : str
+        The paper whose claims rest on it, as `sinsbench list papers` names it; empty for none.
     """
 
     name: str
@@ -46,6 +52,9 @@ class Subject:
     order: int | None = None
     samples_per_step: int | None = None
     takes: str | None = None
+    order_coning: int | None = None
+    state_bytes: int | None = None
+    paper: str = ""
 
 
 def _panov(order: int, suffix: str = "", addition: str = "") -> Subject:
@@ -58,11 +67,12 @@ def _panov(order: int, suffix: str = "", addition: str = "") -> Subject:
         order=order,
         samples_per_step=4,
         takes="increments",
+        paper="lebedev1989",
     )
 
 
 def _equator(name: str, target: str, summary: str, source: str, order: int | None = None) -> Subject:
-    return Subject(name, EQUATOR_ERRORS, f"sinsbench.subjects.{target}", summary, source, order)
+    return Subject(name, EQUATOR_ERRORS, f"sinsbench.subjects.{target}", summary, source, order, paper="loginov2013")
 
 
 _ODE45 = "Dormand, Prince 1980; Shampine, Reichelt 1997"

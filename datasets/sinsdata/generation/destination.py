@@ -199,7 +199,12 @@ class LocalFolder:
 
     def tidy(self) -> None:
         """Remove receipts and what other runs, killed or beaten, were writing."""
-        shutil.rmtree(self.staging, ignore_errors=True)
+        # At one stroke out of the way, then file by file: a run that begins anew meanwhile has a folder of its own, and
+        # one that was writing here finds all of it gone, not some.
+        away = self.staging.with_name(f".old-{self.staging.name.lstrip('.')}.{self.run}")
+        with suppress(FileNotFoundError):
+            self.staging.rename(away)
+        shutil.rmtree(away, ignore_errors=True)
 
 
 @dataclass(frozen=True)

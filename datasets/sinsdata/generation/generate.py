@@ -128,7 +128,7 @@ def generate(
             if missing and not place.taken():
                 return Generated(folder, {}, files, missing=missing)
         except FileNotFoundError:
-            # Another run of this specification has finished, and tidies up: what was there goes file by file.
+            # Another run of this specification has finished and taken the folder along; a third may have made it anew.
             losses += 1
             if not place.taken() and losses > _LOSSES:
                 raise
