@@ -130,7 +130,7 @@ def generate(
         except FileNotFoundError:
             # Another run of this specification has finished and taken the folder along; a third may have made it anew.
             losses += 1
-            if not place.taken() and losses > _LOSSES:
+            if losses > _LOSSES:
                 raise
             sleep(0.05 * losses)
         finally:
