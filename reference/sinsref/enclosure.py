@@ -105,18 +105,18 @@ def enclosed_states(
     while position < count:
         series = recorded.coefficients(state, order)
         while True:
-            size = min(_rounded(size), count - position)
-            step = _multiple(interval, size)
+            size = min(rounded_step(size), count - position)
+            step = multiple(interval, size)
             remainder = _remainder(recorded, state, step, order)
             excess = _excess(series, remainder, step, tolerance) if remainder else float(2 ** (order + 1))
             if excess <= 1:
                 break
             size *= Fraction(max(0.9 * excess ** (-1 / (order + 1)), 1 / 16))
             if size < _SHORTEST * max(Fraction(1), position):
-                raise EnclosureError(f"no enclosure of the solution beyond {float(_multiple(interval, position)):g}")
+                raise EnclosureError(f"no enclosure of the solution beyond {float(multiple(interval, position)):g}")
         polynomials = [arb_poly([*x, r]) for x, r in zip(series, remainder, strict=True)]
         for epoch in range(floor(position) + 1, floor(position + size) + 1):
-            state = _at(polynomials, _multiple(interval, epoch - position))
+            state = _at(polynomials, multiple(interval, epoch - position))
             yield state
         state = _at(polynomials, step)
         position += size
@@ -124,7 +124,8 @@ def enclosed_states(
         size *= Fraction(min(0.95 * max(excess, 1e-300) ** (-1 / (order + 1)), 4.0))
 
 
-def _multiple(interval: Number, factor: Fraction) -> Number:
+def multiple(interval: Number, factor: Fraction) -> Number:
+    """Return a rational multiple of a ball."""
     return interval * arb(fmpq(factor.numerator, factor.denominator))
 
 
@@ -132,7 +133,7 @@ def _at(polynomials: Sequence[arb_poly], time: Number) -> list[Number]:
     return [polynomial(time) for polynomial in polynomials]
 
 
-def _rounded(size: Fraction) -> Fraction:
+def rounded_step(size: Fraction) -> Fraction:
     """Return a step of at most `size` whose fraction stays short, however many steps are added up."""
     unit = Fraction(2) ** (floor(log2(size)) - 6)
     return floor(size / unit) * unit

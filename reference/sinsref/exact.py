@@ -64,7 +64,7 @@ class ExactNumber:
             return
         if isinstance(value, str):
             self.text = value.strip()
-            self._tree = _parse(self.text)
+            self._tree = parsed(self.text)
             self._check()
             return
         if isinstance(value, float):
@@ -93,7 +93,7 @@ class ExactNumber:
 
     def evaluate(self, arithmetic: Arithmetic) -> Number:
         """Return the value as a number of `arithmetic`."""
-        return _evaluate(self._tree, arithmetic)
+        return evaluated(self._tree, arithmetic)
 
     @property
     def fraction(self) -> Fraction | None:
@@ -126,7 +126,20 @@ class ExactNumber:
 Exact: TypeAlias = int | float | str | Fraction | ExactNumber
 
 
-def _parse(text: str) -> Any:
+def parsed(text: str, variable: str | None = None) -> Any:
+    """Return the syntax tree of an expression: fractions, names, and tuples of an operator and its operands.
+
+    Parameters
+    ----------
+    text : str
+    variable : str, optional
+        A name that the grammar admits besides.
+
+    Raises
+    ------
+    ExpressionError
+        If the text is outside the grammar.
+    """
     if len(text) <= _MAXIMUM_DIGITS and _DECIMAL.fullmatch(text):
         return Fraction(text)
     if not text or len(text) > _MAXIMUM_LENGTH:
@@ -137,34 +150,35 @@ def _parse(text: str) -> Any:
             body = ast.parse(text, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"cannot read {text!r}; admissible: {GRAMMAR}") from None
-    return _reduce(body, text)
+    return _reduce(body, text, variable)
 
 
-def _reduce(node: ast.expr, text: str) -> Any:
+def _reduce(node: ast.expr, text: str, variable: str | None) -> Any:
     """Reduce a syntax tree to nested tuples; numbers become fractions of their decimal text, never floats."""
     match node:
         case ast.Constant() if _DECIMAL.fullmatch(ast.get_source_segment(text, node) or ""):
             return Fraction(ast.get_source_segment(text, node) or "")
-        case ast.Name(id="pi"):
-            return "pi"
+        case ast.Name(id=name) if name in ("pi", variable):
+            return name
         case ast.UnaryOp(op=ast.USub() | ast.UAdd()):
-            operand = _reduce(node.operand, text)
+            operand = _reduce(node.operand, text, variable)
             return ("-", Fraction(0), operand) if isinstance(node.op, ast.USub) else operand
         case ast.BinOp() if symbol := _OPERATORS.get(type(node.op)):
-            return (symbol, _reduce(node.left, text), _reduce(node.right, text))
+            return (symbol, _reduce(node.left, text, variable), _reduce(node.right, text, variable))
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _FUNCTIONS:
-            return (name, _reduce(argument, text))
+            return (name, _reduce(argument, text, variable))
     piece = ast.get_source_segment(text, node) or text
     raise ExpressionError(f"{piece!r} in {text!r} is outside the grammar; admissible: {GRAMMAR}")
 
 
-def _evaluate(tree: Any, arithmetic: Arithmetic) -> Number:
+def evaluated(tree: Any, arithmetic: Arithmetic, variable: Number = None) -> Number:
+    """Return the value of a syntax tree (`parsed`) in an arithmetic, where the variable has a given value."""
     if isinstance(tree, Fraction):
         return arithmetic.number(tree)
-    if tree == "pi":
-        return arithmetic.pi
+    if isinstance(tree, str):
+        return arithmetic.pi if tree == "pi" else variable
     operator, *operands = tree
-    values = [_evaluate(operand, arithmetic) for operand in operands]
+    values = [evaluated(operand, arithmetic, variable) for operand in operands]
     match operator:
         case "+":
             return values[0] + values[1]

@@ -12,6 +12,7 @@ from typing import TypeAlias
 from sinsdata.cases.base import CaseError, whole_intervals
 from sinsdata.cases.equator import EquatorCase
 from sinsdata.cases.error_equations import ErrorEquationCase
+from sinsdata.cases.gyroscopic import GyroCase
 from sinsdata.cases.precession import DualPrecessionCase
 
 __all__ = [
@@ -21,15 +22,17 @@ __all__ = [
     "DualPrecessionCase",
     "EquatorCase",
     "ErrorEquationCase",
+    "GyroCase",
     "whole_intervals",
 ]
 
 #: A case of any dataset.
-Case: TypeAlias = EquatorCase | DualPrecessionCase | ErrorEquationCase
+Case: TypeAlias = EquatorCase | DualPrecessionCase | ErrorEquationCase | GyroCase
 
 #: The class of the cases of each dataset.
-CASE_CLASSES: Mapping[str, type[EquatorCase | DualPrecessionCase | ErrorEquationCase]] = {
+CASE_CLASSES: Mapping[str, type[EquatorCase | DualPrecessionCase | ErrorEquationCase | GyroCase]] = {
     "equator_errors": EquatorCase,
     "dual_precession": DualPrecessionCase,
     "error_equations": ErrorEquationCase,
+    "gyro_systems": GyroCase,
 }

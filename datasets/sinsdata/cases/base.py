@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Self
 
 from sinsref.exact import ExactNumber, ExpressionError
 from sinsref.pi_monomials import PiMonomial, PiMonomialArithmetic
+from sinsref.profiles import Profile
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,63}")
 _MAXIMUM_SAMPLES = 10**9
@@ -34,7 +35,7 @@ def _is_plain(text: str) -> bool:
 def _short(value: object) -> str:
     if isinstance(value, int) and abs(value) > _LARGEST:  # Python refuses to print very long integers
         return f"(an integer of {value.bit_length()} bits)"
-    text = value.text if isinstance(value, ExactNumber) and value.text.isprintable() else repr(value)
+    text = value.text if isinstance(value, ExactNumber | Profile) and value.text.isprintable() else repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from sinsdata.cases import CASE_CLASSES, Case
 from sinsref.exact import ExactNumber
+from sinsref.profiles import Profile
 
 _STATE = ("dv_north", "dv_up", "dv_east", "d_height", "d_latitude", "d_longitude")
 #: Columns that hold the elements of the lists in a case file; any other key has a column of its own name.
@@ -31,7 +32,7 @@ def parameters(case: Case) -> dict[str, ExactNumber | str | None]:
 
 def _cells(columns: Any, value: Any) -> Iterator[tuple[str, Any]]:
     if isinstance(columns, str):
-        yield columns, value
+        yield columns, value.text if isinstance(value, Profile) else value
         return
     for number, column in enumerate(columns):
         yield from _cells(column, None if value is None else value[number])

@@ -19,12 +19,12 @@ import pyarrow.parquet as pq
 from sinsdata.format.names import safe_name, safe_names
 from sinsdata.format.schema import DATASETS, FORMAT
 from sinsdata.format.storage import Kind, file_hash, json_text
-from sinsdata.truth import error_equations, formulas
+from sinsdata.truth import error_equations, formulas, gyroscopic
 from sinsref.rounding import RoundingTally
 
 NAME = "manifest.json"
 #: Working precision of the first attempt, where it is not that of closed formulas.
-_FIRST_BITS = {"error_equations": error_equations.WORKING_BITS}
+_FIRST_BITS = {"error_equations": error_equations.WORKING_BITS, "gyro_systems": gyroscopic.WORKING_BITS}
 #: Packages whose versions decide on the bytes of a dataset.
 _MAKERS = ("sinsbench", "pyarrow", "python-flint")
 #: What a dataset holds beside tables and manifest.

@@ -200,6 +200,67 @@ _ATTITUDE = (
     *(Column(f"w_body_{c}", "m/s", f"apparent velocity, {c}", "body") for c in "xyz"),
 )
 
+_GYRO_PROFILES = (
+    ("latitude", "rad", "geocentric latitude, a function of the time t; its start unless the motion is a track"),
+    ("longitude", "rad", "longitude on the rotating Earth, a function of t; its start unless the motion is a track"),
+    ("speed", "m/s", "a function of t: east over the Earth on a parallel, absolute on a great circle; null: a track"),
+    ("altitude", "m", "above the sphere, a function of t"),
+    ("heading", "rad", "clockwise from north, a function of t"),
+    ("pitch", "rad", "nose up, a function of t"),
+    ("roll", "rad", "right side down, a function of t"),
+)
+_GYRO_CASES = (
+    Column("motion", "", "track, parallel or great_circle", kind="key"),
+    *(Column(name, unit, description, kind="key") for name, unit, description in _GYRO_PROFILES),
+    *_parameters(
+        (
+            "course",
+            "rad",
+            "direction of the great circle at the start, clockwise from north; null: the motion has none",
+        ),
+        ("radius", "m", "radius of the sphere R"),
+        ("gravity", "m/s^2", "attraction on the sphere g"),
+        ("rotation_rate", "rad/s", "rate of the Earth u"),
+        *_SAMPLING,
+    ),
+)
+_VEHICLE, _INERTIAL = "vehicle: right, forward, up", "inertial X: X2 north, X1 and X3 in the equator"
+_GYRO_SENSORS = (
+    *_vector("angular_rate", "rad/s", "angular rate at the instant", _VEHICLE),
+    *_vector("specific_force", "m/s^2", "specific force at the instant", _VEHICLE),
+    *_vector("angle", "rad", "integral of the angular rate over the sample that ends here; 0 at time 0", _VEHICLE),
+    *_vector("velocity", "m/s", "integral of the specific force over the sample that ends here; 0 at time 0", _VEHICLE),
+)
+_GYRO_TRUTH = (
+    Column("latitude", "rad", "geocentric latitude"),
+    Column("longitude_absolute", "rad", "longitude in the inertial axes X; goes on through whole turns"),
+    Column("longitude", "rad", "longitude on the rotating Earth"),
+    Column("radius", "m", "distance from the centre"),
+    Column("radius_rate", "m/s", "its rate"),
+    Column("speed", "m/s", "horizontal part of the absolute velocity, its magnitude"),
+    *_vector("velocity", "m/s", "absolute velocity", _INERTIAL),
+    *_vector("vertical", "1", "unit vertical", _INERTIAL),
+    Column("heading", "rad", "heading, clockwise from north"),
+    Column("pitch", "rad", "pitch, nose up"),
+    Column("roll", "rad", "roll, right side down"),
+    *(Column(f"q_{c}", "1", f"attitude quaternion, {c}", "vehicle to inertial X, scalar first") for c in "wxyz"),
+    *(
+        Column(f"trihedron_{c}", "1", f"quaternion of the Darboux trihedron of the absolute motion, {c}",
+               "Darboux trihedron to inertial X, scalar first")
+        for c in "wxyz"
+    ),
+)  # fmt: skip
+_GYRO_REFERENCE = tuple(
+    column
+    for rule, said in (("paper", "from the paper's tilt -v/V"), ("rest", "from its own equilibrium at time 0"))
+    for name, what in (
+        ("gyro", "axis of the gyropendulum of constant H = m l sqrt(g R)"),
+        ("mirror", "axis of the second gyropendulum of the bi-gyro"),
+        ("bisector", "vertical of the bi-gyro"),
+    )
+    for column in _vector(f"{rule}_{name}", "1", f"{what}, {said}", _INERTIAL)
+)
+
 _LOGINOV_2013 = "Loginov M. Yu., Tkachenko M. G., Chelnokov Yu. N., Izv. Saratov Univ. Math. Mech. Inform. 13 (2013)"
 _LOGINOV_2013_DOI = "10.18500/1816-9791-2013-13-1-1-69-84"
 
@@ -265,6 +326,24 @@ DATASETS: Mapping[str, DatasetSchema] = {
                 "truth": (_CASE, _TIME, *_state("{}, by the linear error equations")),
                 "nonlinear": (_CASE, _TIME, *_state("{}, of a computer that integrates the nonlinear equations")),
                 "linearisation": (_CASE, _TIME, *_state("{}: nonlinear less linear")),
+            },
+        ),
+        DatasetSchema(
+            "gyro_systems",
+            "Motion over a sphere in inertial space: sensors, attitude, and the gyropendulum and bi-gyro along it",
+            "1.0.0",
+            "Chelnokov Yu. N., Mechanics of Solids (Izv. AN SSSR, MTT) 1991, no. 4",
+            "",
+            {
+                "quaternions": "scalar first, Hamilton product, to the inertial axes X",
+                "attraction": "uniform over the sphere, inverse to the square of the distance from its centre",
+                "gyropendulum": "constant H = m l sqrt(g R), no moments: kappa = 1/sqrt(g R)",
+            },
+            {
+                "cases": (_CASE, _DIFFICULTY[0], *_GYRO_CASES),
+                "sensors": (_CASE, _TIME, *_GYRO_SENSORS),
+                "truth": (_CASE, _TIME, *_GYRO_TRUTH),
+                "reference": (_CASE, _TIME, *_GYRO_REFERENCE),
             },
         ),
     )

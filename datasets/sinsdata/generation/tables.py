@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pyarrow as pa
 
-from sinsdata.cases import Case, DualPrecessionCase, EquatorCase, ErrorEquationCase
+from sinsdata.cases import Case, DualPrecessionCase, EquatorCase
 from sinsdata.format.case_columns import parameters
 from sinsdata.format.schema import DATASETS, arrow_schema
 from sinsdata.tiers import TIERS_WITH_STRATA, stratum_name
@@ -31,6 +31,8 @@ from sinsdata.truth.formulas import (
     precession_formula,
     transition_formula,
 )
+from sinsdata.truth.gyroscopic import reference_blocks, sensor_blocks, truth_blocks
+from sinsdata.truth.gyroscopic_recomputed import exact_reference, exact_sensors, exact_truth
 from sinsref.arithmetic import MpArithmetic, Number
 from sinsref.equator import EquatorModel, guard_bits
 from sinsref.equator_modes import Modes, NoRealModesError, modes
@@ -190,7 +192,7 @@ def _precession_arithmetic(case: DualPrecessionCase) -> MpArithmetic:
 def _rank(dataset: str, tier: str, case: Case) -> dict[str, Any]:
     """Return stratum and difficulty of a case, in tiers that have strata."""
     stratum = stratum_name(dataset, case.name) if tier in TIERS_WITH_STRATA else None
-    measured = stratum is not None and not isinstance(case, ErrorEquationCase)
+    measured = stratum is not None and isinstance(case, EquatorCase | DualPrecessionCase)
     known = difficulty(case) if measured else None
     return {"stratum": stratum, **(asdict(known) if known is not None else {})}
 
@@ -246,6 +248,16 @@ def _input_group(table: InputTable) -> TableGroup:
     )
 
 
+def _gyro_group(
+    table: str,
+    blocks_of: Callable[[Any, int, int, RoundingTally], Iterator[Block]],
+    exact_rows: ExactRows,
+    spot_limit: int = ANY_ROW,
+) -> TableGroup:
+    batches = series_batches("gyro_systems", [table], blocks_of)
+    return TableGroup((table,), lambda case: case.samples + 1, batches, exact_rows, 2**16, spot_limit)
+
+
 _INTEGRATED = ("motion", "truth", "nonlinear", "linearisation")
 
 #: Dataset -> its groups of tables, ``cases`` first.
@@ -275,6 +287,13 @@ GROUPS: Mapping[str, tuple[TableGroup, ...]] = {
             shard_rows=2**10,
             spot_limit=4,
         ),
+    ),
+    "gyro_systems": (
+        _cases_group("gyro_systems"),
+        _gyro_group("sensors", sensor_blocks, exact_sensors),
+        _gyro_group("truth", truth_blocks, exact_truth),
+        # Each row from the one before: a case that is cut costs more, and its late rows cost all before them.
+        _gyro_group("reference", reference_blocks, exact_reference, spot_limit=64),
     ),
 }
 

@@ -17,6 +17,7 @@ from sinsdata.tiers.error_equations import (
     error_equation_standard_cases,
 )
 from sinsdata.tiers.grid import CaseFileError, GridCases
+from sinsdata.tiers.gyroscopic import GYRO_SHORT, gyro_paper_cases, gyro_standard_cases, gyro_strata
 from sinsdata.tiers.strata import STRATA, Stratum
 from sinsref.exact import ExactNumber
 
@@ -86,6 +87,8 @@ def strata_of(dataset: str) -> tuple[tuple[str, int, str], ...]:
     if dataset == "error_equations":
         counts = Counter(stratum for _, stratum in error_equation_standard_cases())
         return tuple((name, counts[name], rule) for name, rule in ERROR_EQUATION_STRATA.items())
+    if dataset == "gyro_systems":
+        return gyro_strata()
     return tuple((stratum.name, stratum.count, stratum.rule) for stratum in STRATA[dataset])
 
 
@@ -126,6 +129,8 @@ def stratum_name(dataset: str, name: str) -> str | None:
     """Return the name of the stratum of a case of the tiers ``standard`` and ``short``, None for any other case."""
     if dataset == "error_equations":
         return {case.name: stratum for case, stratum in error_equation_standard_cases()}.get(name)
+    if dataset == "gyro_systems":
+        return {case.name: stratum for case, stratum in gyro_standard_cases()}.get(name)
     stratum = stratum_of(dataset, name)
     return None if stratum is None else stratum.name
 
@@ -209,6 +214,11 @@ _TIERS: Mapping[str, Mapping[str, _CasesOfTier]] = {
         "short": cache(
             lambda: tuple(case for case, _ in error_equation_standard_cases() if case.name in ERROR_EQUATION_SHORT)
         ),
+    },
+    "gyro_systems": {
+        "paper": gyro_paper_cases,
+        "standard": cache(lambda: tuple(case for case, _ in gyro_standard_cases())),
+        "short": cache(lambda: tuple(case for case, _ in gyro_standard_cases() if case.name in GYRO_SHORT)),
     },
 }
 

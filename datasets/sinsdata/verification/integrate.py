@@ -22,11 +22,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from flint import arb, arb_poly, fmpq
 
-from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, ErrorEquationCase
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, ErrorEquationCase, GyroCase
 from sinsdata.format.manifest import DatasetError, read_manifest, table_files
 from sinsdata.generation.tables import GROUPS, groups_of
 from sinsdata.generation.workers import follow_parent
 from sinsdata.truth.formulas import TRANSITION_ELEMENTS
+from sinsdata.verification.gyroscopic_problem import VECTORS, GyroscopicProblem
 from sinsdata.verification.recompute import PAIR_TOLERANCE, Worst, largest_errors, pair_columns
 from sinsdata.verification.stored_cases import load_cases
 from sinsdata.verification.stored_rows import TableLayout
@@ -135,10 +136,17 @@ def equator_problem(ar: BallArithmetic, case: EquatorCase) -> Problem:
     return Problem(field, initial, values, {"truth": (1,) * 6, "transition": (1,) * len(TRANSITION_ELEMENTS)})
 
 
+def gyroscopic_problem(ar: BallArithmetic, case: GyroCase) -> Problem:
+    """Return attitude, place, integrals of the sensors, and axes of gyropendulums."""
+    problem = GyroscopicProblem(ar, case)
+    return Problem(problem.field, problem.initial, problem.values, VECTORS)
+
+
 #: Class of the cases -> what to integrate.
 _PROBLEMS: Mapping[type, Callable[[BallArithmetic, Any], Problem]] = {
     DualPrecessionCase: precession_problem,
     EquatorCase: equator_problem,
+    GyroCase: gyroscopic_problem,
 }
 
 
@@ -303,7 +311,7 @@ def integrate(
     folder : Path
         A dataset that verifies otherwise; of `dual_precession` the tables ``truth``, ``increments``, ``mean_rates``,
         ``accumulated`` and ``resolved`` are compared, of `equator_errors` ``truth`` and ``transition``, of
-        `error_equations` all.
+        `error_equations` and `gyro_systems` all.
     workers : int, default 2
         Processes.
     progress : callable, optional
