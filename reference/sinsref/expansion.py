@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from math import ceil, floor
+from math import ceil, floor, inf
 from types import TracebackType
 from typing import Self, TypeAlias
 
@@ -100,9 +100,15 @@ class Expander:
             return balls.expanded(self._functions, time)
 
     def over(self, middle: arb, half: arb) -> list[list[arb]]:
-        """Return balls that contain the coefficients 0 ... order + 1 everywhere in a piece of time."""
+        """Return balls that contain the coefficients 0 ... order + 1 everywhere in a piece of time.
+
+        None, an empty list, if some divisor may be zero there.
+        """
         with self._wide as balls:
-            return balls.expanded(self._functions, middle + arb(0, half.abs_upper()))
+            try:
+                return balls.expanded(self._functions, middle + arb(0, half.abs_upper()))
+            except (ValueError, ZeroDivisionError):  # how arb_series refuses such a divisor
+                return []
 
 
 def values_at(polynomials: Sequence[Sequence[arb]], unit: arb, times: Sequence[Fraction]) -> Iterator[list[arb]]:
@@ -201,6 +207,8 @@ def tabulated(
 
 def _excess(narrow: Sequence[Sequence[arb]], wide: Sequence[Sequence[arb]], half: arb, tolerance: float) -> float:
     """Return the largest remainder at the ends of a piece, in units of the tolerance."""
+    if not wide:
+        return inf
     with BallArithmetic(_WIDE_BITS):
         powers = [half**k for k in range(len(wide[0]))]
         worst = arb(0)
@@ -208,4 +216,4 @@ def _excess(narrow: Sequence[Sequence[arb]], wide: Sequence[Sequence[arb]], half
             if not rest[-1].is_zero():
                 largest = max(x.abs_upper() * power for x, power in zip(terms, powers, strict=False))
                 worst = worst.max(abs(rest[-1]) * powers[-1] / (largest * tolerance))
-        return float(worst.abs_upper()) if worst.is_finite() else float(2 ** (len(powers)))
+        return float(worst.abs_upper()) if worst.is_finite() else inf

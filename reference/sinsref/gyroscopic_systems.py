@@ -262,6 +262,8 @@ def _last_coefficient(kappa: Number, force: Sequence[Sequence[Number]]) -> Numbe
     As |p| = 1, the coefficients of ``p' = kappa p x a`` are bounded by those of ``P' = kappa A P``, P(0) = 1, with the
     lengths of the coefficients of a.
     """
+    if not force:
+        return arb("inf")
     lengths = [dot(a, a).abs_upper().sqrt().abs_upper() for a in zip(*force, strict=True)]
     bounds = [arb(1)]
     for k in range(len(lengths) - 1):

@@ -201,6 +201,29 @@ def test_increments_are_integrals_of_the_sensors() -> None:
         assert abs(value - ar.context.mpf(text)) < 1e-32 * max(1, abs(value))
 
 
+def test_a_narrow_passage_is_taken_in_short_pieces() -> None:
+    """Over a long piece the divisor may be zero for all that balls know; it never is."""
+    with BallArithmetic(BITS) as balls:
+        narrow = [1 / ((t - arb("2.5")) ** 2 + arb("0.01")) for t in map(arb, range(5))]
+        rows = list(
+            tabulated(
+                balls,
+                lambda ar, t: [1 / ((t - arb("2.5")) * (t - arb("2.5")) + arb("0.01"))],
+                arb(1),
+                0,
+                4,
+                order=20,
+                tolerance=1e-30,
+            )
+        )
+        area = ((arb("1.5") * 10).atan() + (arb("2.5") * 10).atan()) * 10
+        for ((value,), _), exact in zip(rows, narrow, strict=True):
+            assert value.overlaps(exact)
+            assert value.rad() < 1e-27
+        assert rows[-1][1][0].overlaps(area)
+        assert rows[-1][1][0].rad() < 1e-26
+
+
 def test_a_pole_of_a_function_is_not_passed() -> None:
     with BallArithmetic(64) as balls, pytest.raises(EnclosureError, match="no expansion beyond"):
         list(tabulated(balls, lambda ar, t: [1 / (t - arb(2.5))], arb(1), 0, 4, order=10, tolerance=1e-12))
