@@ -32,6 +32,9 @@ PROMISED_COLUMNS = {
     ),
     ("error_equations", "truth"): "case time dv_north dv_up dv_east d_height d_latitude d_longitude",
     ("error_equations", "linearisation"): "case time dv_north dv_up dv_east d_height d_latitude d_longitude",
+    ("gyro_systems", "sensors"): "case time angular_rate_x specific_force_z angle_y velocity_x",
+    ("gyro_systems", "truth"): "case time latitude longitude heading pitch roll speed q_w trihedron_w vertical_x",
+    ("gyro_systems", "reference"): "case time paper_gyro_x paper_bisector_z rest_mirror_y",
 }
 
 

@@ -50,6 +50,12 @@ _GIVEN: dict[str, list[dict[str, Any]]] = {
         {**_EQUATOR, "name": "tilted", "misalignment": [[1e-6, 2e-6, 0], ["1/3000000", 0, 0], [0, -1e-6, 0]]},
     ],
     "error_equations": [_FLIGHT, {**_FLIGHT, "name": "parallel", "motion": "parallel", "heading": None}],
+    "gyro_systems": [
+        {"name": "track", "motion": "track", "latitude": "0.9 + 1e-3*sin(2*pi*t/300)", "longitude": "0.5 + 1e-4*t",
+         "duration": 40, "interval": 4},
+        {"name": "orbit", "motion": "great_circle", "latitude": "pi/4", "longitude": 1, "course": "pi/3",
+         "speed": "300 + 100*sin(t/50)", "altitude": "10*t", "duration": 40, "interval": 4},
+    ],
 }  # fmt: skip
 
 
@@ -139,6 +145,13 @@ _DEFECTS: list[tuple[str, str, str, str, Callable[[float], float]]] = [
         ("error_equations", "initial errors", "truth", "dv_north d_height d_longitude"),
         ("error_equations", "linearisation", "nonlinear", "dv_north d_height d_longitude"),
         ("error_equations", "linearisation", "truth", "dv_north d_height d_longitude"),
+        ("gyro_systems", "unit quaternions", "truth", "q_w q_y trihedron_x vertical_y"),
+        ("gyro_systems", "Darboux", "truth", "trihedron_w vertical_x velocity_x velocity_z"),
+        ("gyro_systems", "longitudes", "truth", "longitude longitude_absolute"),
+        ("gyro_systems", "start of the motion", "truth", "latitude longitude radius heading pitch roll"),
+        ("gyro_systems", "unit axes", "reference", "paper_gyro_x rest_mirror_y rest_bisector_z"),
+        ("gyro_systems", "keep their angle", "reference", "paper_gyro_x rest_gyro_z paper_mirror_y"),
+        ("gyro_systems", "half way", "reference", "paper_gyro_z rest_mirror_x paper_bisector_y rest_bisector_x"),
     )
     for column in columns.split()
 ]  # fmt: skip

@@ -33,8 +33,22 @@ _PAPERS = {
   note = {In Russian},
   year = {1989}
 }""",
+    "chelnokov1991": """@article{chelnokov1991,
+  author = {Chelnokov, Yu. N.},
+  title = {Determination of the position and orientation of moving objects from the readings of strapdown {INS} sensors
+           by on-board solution of the quaternion equations of motion of gyroscopic systems},
+  journal = {Izv. AN SSSR, Mekhanika Tverdogo Tela},
+  number = {4},
+  note = {In Russian},
+  year = {1991}
+}""",
 }
-_OF_DATASET = {"equator_errors": "loginov2013", "error_equations": "loginov2013", "dual_precession": "lebedev1989"}
+_OF_DATASET = {
+    "equator_errors": "loginov2013",
+    "error_equations": "loginov2013",
+    "dual_precession": "lebedev1989",
+    "gyro_systems": "chelnokov1991",
+}
 
 
 def citations(names: Sequence[str]) -> list[str]:
