@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sinsbench.scoring.cost import time_fields
 from sinsbench.scoring.errors import difference
 from sinsbench.scoring.rows import merged
 from sinsbench.scoring.running import RunError, checked_states, run
@@ -156,7 +157,7 @@ def score_formula(
         fields = _measured(checked_states(timed.result, len(truth.time)), reference)
     except RunError as failure:
         return [merged(head, {"status": failure.status, "message": str(failure)})]
-    return [merged(head, fields, {"ns_per_sample": timed.least / len(truth.time) * 1e9, "version": timed.version})]
+    return [merged(head, fields, time_fields(timed, len(truth.time)), {"version": timed.version})]
 
 
 @np.errstate(over="ignore", divide="ignore", invalid="ignore")

@@ -53,16 +53,24 @@ class Timed:
         Times of the calls that count, s; empty if there were none.
     version : str
         Version of what runs elsewhere, where it tells one.
+    elsewhere : bool
+        Whether it ran in another process, so that its operations cannot be counted here.
     """
 
     result: Any
     seconds: tuple[float, ...]
     version: str = ""
+    elsewhere: bool = False
 
     @property
     def least(self) -> float:
         """Least of the times, s; NaN if there are none."""
         return min(self.seconds, default=float("nan"))
+
+    @property
+    def median(self) -> float:
+        """Median of the times, s; NaN if there are none."""
+        return float(np.median(self.seconds)) if self.seconds else float("nan")
 
 
 def run(
@@ -102,7 +110,7 @@ def run(
     named = keywords or {}
     result, first = _call(function, arguments, named)
     if isinstance(result, Outcome):
-        return Timed(result.result, result.seconds if repetitions else (), result.version)
+        return Timed(result.result, result.seconds if repetitions else (), result.version, elsewhere=True)
     times = [first] if warm and repetitions else []
     while len(times) < repetitions and sum(times) < budget:
         times.append(_call(function, arguments, named)[1])

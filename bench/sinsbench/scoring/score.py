@@ -107,6 +107,16 @@ def _fed(one: LoadedSubject, takes: str | None) -> LoadedSubject:
     return replace(one, subject=subject)
 
 
+def _on_case(
+    one: LoadedSubject, case: DualPrecessionCase, rungs: Sequence[Rung]
+) -> tuple[LoadedSubject, Sequence[Rung]]:
+    """Return what runs on a case, and on which rungs: results computed beforehand have the case's own interval."""
+    if one.of_case is None:
+        return one, rungs
+    own = float(case.interval)
+    return one.of_case(case.name, own), [rung for rung in rungs if rung.motion.interval == own]
+
+
 def score(
     subjects: Iterable[str | LoadedSubject] | None = None,
     on: str | Sequence[Case] = "dual_precession",
@@ -151,6 +161,8 @@ def score(
     if len(datasets) != 1:
         raise ValueError("the cases to score on must be of one dataset, at least one")
     loaded = loaded_subjects(subjects, datasets[0])
+    if all(one.of_case is not None for one in loaded):
+        factors = (Fraction(1),)
     rows: list[dict[str, Any]] = []
     total, done = len(cases) * (len(loaded) + 1), 0
 
@@ -168,8 +180,10 @@ def score(
         for one in loaded:
             report(f"{one.subject.name} on {case.name}")
             if isinstance(case, EquatorCase) and isinstance(reference, EquatorReference):
-                rows += score_formula(one, case, reference, repetitions, warm=number > 0)
+                subject = one if one.of_case is None else one.of_case(case.name, float(case.interval))
+                rows += score_formula(subject, case, reference, repetitions, warm=number > 0)
             elif isinstance(case, DualPrecessionCase) and isinstance(reference, Mapping):
-                rows += score_integrator(one, case, reference[convention_of(one)], repetitions, warm=number > 0)
+                subject, rungs = _on_case(one, case, reference[convention_of(one)])
+                rows += score_integrator(subject, case, rungs, repetitions, warm=number > 0)
     report("done")
     return rows
