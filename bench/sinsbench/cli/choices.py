@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sinsbench.cli.errors import UsageError
+from sinsbench.peers.subjects import loaded_peer
 from sinsbench.subjects.loading import LoadedSubject, resolve
 from sinsbench.subjects.registry import BUILT_IN
 from sinsdata.cases import CASE_CLASSES, Case
@@ -161,12 +162,12 @@ def datasets_to_score(
     if not subjects:
         holding = [dataset for dataset in scored if {case.name for case in paper_cases(dataset)} & set(cases or ())]
         return holding or scored
+    found: set[str] = set()
     for name in subjects:
-        if name not in BUILT_IN:
-            if ":" not in name:
-                resolve(name)  # says what is meant, if anything is
+        subject = BUILT_IN.get(name) or (None if ":" in name else (loaded_peer(name) or resolve(name)).subject)
+        if subject is None or subject.dataset is None:
             raise UsageError(_which(name))
-    found = {str(BUILT_IN[name].dataset) for name in subjects}
+        found.add(subject.dataset)
     if len(found) > 1:
         raise UsageError(f"the subjects belong to several datasets ({', '.join(sorted(found))}): score them one by one")
     return sorted(found)

@@ -6,6 +6,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, TypeAlias
 
+from sinsbench.peers.subjects import loaded_peer
 from sinsbench.scoring.formulas import EquatorReference, equator_reference, score_formula
 from sinsbench.scoring.integrators import LADDER, Rung, ladder, score_integrator
 from sinsbench.scoring.rows import SCORE_FIELDS
@@ -80,7 +81,7 @@ def loaded_subjects(
         or if it declares another one than `takes`. Built-in subjects keep theirs.
     """
     wanted = [subject.name for subject in subjects_of(dataset)] if subjects is None else list(subjects)
-    loaded = tuple(resolve(subject) if isinstance(subject, str) else subject for subject in wanted)
+    loaded = tuple((loaded_peer(one) or resolve(one)) if isinstance(one, str) else one for one in wanted)
     for subject in (one.subject for one in loaded):
         if subject.dataset not in (None, dataset):
             raise SubjectError(f"{subject.name} is a subject of {subject.dataset}, not of {dataset}")
