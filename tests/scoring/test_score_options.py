@@ -96,3 +96,12 @@ def test_rows_that_failed_stand_in_the_table_but_not_in_work_and_precision():
     [(_, table)] = score_tables(rows, cases)
     assert table[0]["status"] == "not applicable"
     assert "less than a step" in table[0]["message"]
+
+
+def test_the_order_by_theory_stands_behind_the_observed_one(made):
+    cases, _ = made
+    rows = score(["savage3"], cases[:1], repetitions=0)
+    [(_, table)] = score_tables(
+        [one | {"observed_order": 3.021, "secular_observed_order": 3.58} for one in rows], cases
+    )
+    assert (table[0]["order"], table[0]["secular order"], table[0]["narrow cone"]) == ("3.02 (3)", "3.58 (4)", 6)

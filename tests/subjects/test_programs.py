@@ -98,7 +98,7 @@ def cells(line, cell):
          "rows out of order, sample -1 after 0"),
         (output(*(f"{x},2e-3" for x in GOOD), header=f"{HEADER},seconds"), "ok", ""),
         (output(*(f"{x},-1" for x in GOOD), header=f"{HEADER},seconds"), "wrong shape", "one positive number"),
-        ("", "wrong shape", "output.csv is empty"),
+        ("", "wrong shape", "output.csv is empty: no standard output, and the command names no {output}"),
         ("print()", "wrong shape", "begins with a blank line"),
         ("import os; os.write(1, bytes(range(256)) * 999)", "wrong shape", "names no column of"),
         ("print('Hello, world'); print(1)", "wrong shape", "it says 'Hello,world'"),
@@ -151,13 +151,15 @@ def test_an_output_that_is_removed_or_never_written(write, short):
     assert failed(f"{removes} {{output}}", short)[1] == "exit status 0, but it wrote no output.csv"
 
 
-def test_programs_that_are_not_there_or_cannot_be_run(tmp_path, short):
+def test_programs_that_are_not_there_or_cannot_be_run(tmp_path, short, monkeypatch):
     assert failed("no-such-program {input} {output}", short) == ("not installed", "there is no program no-such-program")
     path = tmp_path / "prog"
     path.write_bytes(b"\0\1\2")
     assert failed(f'"{path}"', short) == ("error", f"{path} is not executable")
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
     assert failed(f'"{path}"', short) == ("error", f"cannot run {path}: Exec format error")
+    monkeypatch.chdir(tmp_path)
+    assert failed("prog", short) == ("not installed", "prog is not on the search path; write ./prog")
 
 
 def test_no_shell_reads_the_command(write, short, tmp_path):
@@ -247,14 +249,14 @@ def test_the_command_line(write, dataset, capsys):
     capsys.readouterr()
     good, hangs = write(output(*GOOD), "good.py"), write("import time; time.sleep(1000)", "hangs.py")
     arguments = ["score", "panov4", "--command", good, "--command", good, "--command", hangs, "--on", dataset]
-    arguments += ["--name", "first", "--timeout", "2", "--json", "rows.json"]
+    arguments += ["--name", "first", "--timeout", "8", "--json", "rows.json"]
     assert run(arguments) == 1  # one that was stopped
     rows = json.loads(Path("rows.json").read_text(encoding="utf-8"))
     found = {row["subject"]: row["status"] for row in rows if row["interval"] == 0.01}
     assert list(found) == ["panov4", "first", "good.py", "hangs.py"]
     assert found["panov4"] == found["first"] == "ok"
     assert found["hangs.py"] == "timeout"
-    assert "stopped after 2 s" in " ".join(capsys.readouterr().out.split())
+    assert "stopped after 8 s" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize(
@@ -269,6 +271,9 @@ def test_the_command_line(write, dataset, capsys):
         (["--command", "prog", "--on", "dual_precession", "--format", "xls"], "--format xls: admissible are csv"),
         (["--command", "prog", "--on", "dual_precession", "--timeout", "-1"], "timeout = -1.0: a positive number"),
         (["--command", "prog", "--on", "dual_precession", "--memory", "0"], "memory = 0: a positive number"),
+        (["--command", "prog", "--on", "dual_precession", "--takes", "rate"], "there is no input convention 'rate'"),
+        (["two_sample", "--samples-per-step", "2"], "--samples-per-step 2 is for programs"),
+        (["two_sample", "--format", "arrow"], "--format arrow is for programs"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments, message, capsys):

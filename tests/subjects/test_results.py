@@ -167,6 +167,7 @@ def test_solvers_of_the_error_equations(tmp_path):
     ("text", "message"),
     [
         (None, "there is no file mine.csv"),
+        ("q_w;q_x;q_y;q_z;case;sample\n", "are the cells separated by commas?"),
         ("", "mine.csv is empty"),
         ("a,b\n1,2\n", "names no column of q_w"),
         ("q_w,q_x,q_y,q_z,sample\n1,0,0,0,0\n", "mine.csv has no column case"),
@@ -190,7 +191,7 @@ def test_columns_that_are_missing_are_a_row(frame, cases, tmp_path):
     row, _ = scored(frame.drop(columns="q_z"), cases, tmp_path)
     assert row["message"] == "mine.csv has no column q_z"
     row, _ = scored(frame.drop(columns=["sample", "time"]), cases, tmp_path)
-    assert row["message"] == "mine.csv has no column time"
+    assert row["message"] == "mine.csv has no column sample or time"
 
 
 def test_the_command_line(tmp_path, monkeypatch, capsys):

@@ -55,6 +55,13 @@ class Guests:
         named = len(self.commands) + len(self.results)
         if len(self.names) > named:
             raise UsageError(f"--name {self.names[named]}: there are {named} programs and files of results to name")
+        if self.commands:
+            return
+        if self.samples_per_step is not None:
+            which = "a callable has it as an attribute"
+            raise UsageError(f"--samples-per-step {self.samples_per_step} is for programs (--command); {which}")
+        if self.suffix != "csv":
+            raise UsageError(f"--format {self.suffix} is for programs (--command)")
 
     @property
     def texts(self) -> tuple[str, ...]:

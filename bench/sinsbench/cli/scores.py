@@ -17,6 +17,7 @@ INTEGRATOR_COLUMNS = {
     "velocity end, m/s": "velocity_error_end",
     "order": "observed_order",
     "secular order": "secular_observed_order",
+    "narrow cone": "narrow_cone_order",
     "rate needed, Hz": "rate_needed_hz",
     "ns a sample": "ns_per_sample",
     "relative cost": "relative_cost",
@@ -72,6 +73,8 @@ WORK_COLUMNS = {
     "state, B": "state_bytes",
     "not counted because": "flops_note",
 }
+#: Observed order -> the one by theory, which stands behind it in brackets.
+_THEORY = {"observed_order": "expected_order", "secular_observed_order": "secular_expected_order"}
 _TITLES = {
     "dual_precession": "integrators on dual_precession (errors against certified truth)",
     "equator_errors": "solvers on equator_errors (largest errors against certified truth)",
@@ -82,12 +85,15 @@ def _pick(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str]) -> list
     """Return the rows with the headings people read; columns that say nothing throughout are left out."""
     nothing = (None, "", "ok")
     used = {heading: field for heading, field in columns.items() if any(row[field] not in nothing for row in rows)}
-    return [{heading: _shown(field, row[field]) for heading, field in used.items()} for row in rows]
+    return [{heading: _shown(field, row) for heading, field in used.items()} for row in rows]
 
 
-def _shown(field: str, value: Any) -> Any:
-    """Return an order with two decimals, everything else as it is."""
-    return f"{value:.2f}" if field.endswith(("observed_order", "local_order")) and value is not None else value
+def _shown(field: str, row: Mapping[str, Any]) -> Any:
+    """Return an order with two decimals, and that of theory if there is one; everything else as it is."""
+    value, theory = row[field], row[_THEORY[field]] if field in _THEORY else None
+    if value is None or not field.endswith(("observed_order", "local_order")):
+        return value
+    return f"{value:.2f}" if theory is None else f"{value:.2f} ({theory})"
 
 
 def native(rows: Sequence[Mapping[str, Any]], cases: Iterable[Case]) -> list[Mapping[str, Any]]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sinsbench.elsewhere.files import Columns, check_finite
 from sinsbench.scoring.formulas import COMPONENTS
+from sinsbench.subjects.loading import SubjectError
 from sinsbench.subjects.outcome import OutcomeError
 from sinsbench.subjects.registry import DUAL_PRECESSION
 from sinsdata.truth.conventions import TABLES, Convention, known_convention
@@ -190,7 +191,12 @@ def contract_of(dataset: str, takes: str) -> Contract:
 
     Raises
     ------
-    ValueError
+    SubjectError
         If there is no such convention.
     """
-    return IntegratorContract(known_convention(takes)) if dataset == DUAL_PRECESSION else SolverContract()
+    if dataset != DUAL_PRECESSION:
+        return SolverContract()
+    try:
+        return IntegratorContract(known_convention(takes))
+    except ValueError as error:
+        raise SubjectError(str(error)) from None

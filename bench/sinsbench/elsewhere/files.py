@@ -82,7 +82,7 @@ def read_columns(path: Path, known: Sequence[str], also: Sequence[str] = (), tex
     import pyarrow as pa
 
     if not path.is_file():
-        raise OutcomeError("error", f"there is no file {path.name}")
+        raise OutcomeError("error", f"there is no file {path.name or path}")
     try:
         if path.suffix in (".parquet", ".arrow"):
             return _read_arrow(path, known, (*also, *texts), texts)
@@ -128,8 +128,9 @@ def _chosen(path: Path, place: str, header: Sequence[str], known: Sequence[str],
         _refuse(path, place, f"names a column twice: {', '.join(twice)}")
     if not any(name in known for name in chosen):
         given = printable(",".join(header))
+        hint = "; are the cells separated by commas?" if len(header) == 1 and path.suffix == ".csv" else ""
         shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}..."
-        _refuse(path, place, f"names no column of {', '.join(known)}; it says {shown!r}")
+        _refuse(path, place, f"names no column of {', '.join(known)}; it says {shown!r}{hint}")
     return chosen
 
 

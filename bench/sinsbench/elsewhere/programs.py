@@ -110,6 +110,10 @@ class Program:
         finished = run_process(words, folder, self.limits, rows, stdin, stdout)
         if finished.status:
             fail(finished, self.limits, rows)
+        if stdout and not target.stat().st_size:
+            raise OutcomeError(
+                "wrong shape", f"{target.name} is empty: no standard output, and the command names no {{output}}"
+            )
         if not target.exists():
             complaint = f": {finished.complaint}" if finished.complaint else ""
             raise OutcomeError("error", f"exit status 0, but it wrote no {target.name}{complaint}")
@@ -166,9 +170,7 @@ def program(
     Raises
     ------
     SubjectError
-        If the command is empty or ends inside a quotation, or there is no such format.
-    ValueError
-        If there is no such convention.
+        If the command is empty or ends inside a quotation, or there is no such format or convention.
     """
     try:
         words = shlex.split(command)

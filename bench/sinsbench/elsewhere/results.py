@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinsbench.elsewhere.contracts import Contract, SolverContract, contract_of
-from sinsbench.elsewhere.files import Columns, read_columns
+from sinsbench.elsewhere.files import FORMATS, Columns, read_columns
 from sinsbench.subjects.loading import LoadedSubject, SubjectError
 from sinsbench.subjects.outcome import Outcome, OutcomeError
 from sinsbench.subjects.registry import Subject
@@ -75,7 +75,8 @@ class ResultFile:
         """
         name = "sample" if "sample" in here and self.contract.numbered else "time"
         if name not in here:
-            raise OutcomeError("wrong shape", f"{self.path.name} has no column {name}")
+            either = "sample or time" if self.contract.numbered else "time"
+            raise OutcomeError("wrong shape", f"{self.path.name} has no column {either}")
         given = here[name]
 
         def refuse(why: str) -> NoReturn:
@@ -90,7 +91,9 @@ class ResultFile:
         labels = np.arange(len(epochs)) if name == "sample" else epochs
         place = _places(given, labels)
         if (place < 0).any():
-            refuse(f"{name} {given[np.argmin(place)]:.12g} is none of this case's")
+            refuse(
+                f"{name} {given[np.argmin(place)]:.12g} is none of this case's, {labels[0]:.12g} to {labels[-1]:.12g}"
+            )
         step = 1 if isinstance(self.contract, SolverContract) or place.size < 2 else int(place[1] - place[0])
         wanted = np.arange(0, len(epochs), step)
         for which, some in (("missing", np.setdiff1d(wanted, place)), ("surplus", np.setdiff1d(place, wanted))):
@@ -134,6 +137,8 @@ def result_file(
         If the file is none of that kind, or holds none of the cases.
     """
     contract = contract_of(dataset, takes or "increments")
+    if path.is_file() and path.suffix.removeprefix(".") not in FORMATS:
+        raise SubjectError(f"{path}: the suffix must be {', '.join(f'.{one}' for one in FORMATS)}")
     try:
         columns = read_columns(path, contract.outputs, ("sample", "time"), ("case",))
     except OutcomeError as error:

@@ -8,6 +8,8 @@ import numpy as np
 
 __all__ = ["Crossing", "crossing", "interpolated"]
 
+_LEAST_ORDER = 0.5  # between no convergence and first order: along less, an interval found would mean nothing
+
 
 @dataclass(frozen=True)
 class Crossing:
@@ -51,7 +53,8 @@ def crossing(
     level : float
         Positive, in the unit of the errors.
     order : float, optional
-        Fitted order, along which the finest error is extrapolated where all are above the level.
+        Fitted order, along which the finest error is extrapolated where all are above the level; at least 1/2, or the
+        errors do not converge.
     floor : float, default 0
         Below this no interval leads.
 
@@ -64,7 +67,7 @@ def crossing(
         return Crossing(None, "no errors")
     finest, last = known[-1]
     if last > level:
-        if order is None or order <= 0:
+        if order is None or order < _LEAST_ORDER:
             return Crossing(None, f"above {level:g} at every interval, and no order to extrapolate along")
         if floor >= level:
             return Crossing(None, f"the floor is above {level:g}")

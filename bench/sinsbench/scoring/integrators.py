@@ -35,6 +35,8 @@ NAVIGATION_DRIFT = 1e-3
 
 _DEG_PER_H = np.degrees(1.0) * 3600
 _AVERAGED_AWAY = 0.01  # accumulation relative to that of the bias that accumulates most
+_CONVERGING = 0.5  # order: between no convergence and the first
+_WRONG = 1e-3  # rad: no method that is right stays there
 _MICRO_G = 9.80665e-6  # m/s^2 in a millionth of standard gravity
 _VELOCITY_GROWTH = 2  # powers of time by which oscillations of the velocity error grow, see `secular_parts`
 #: Prefix of the fields of an order -> the field that it is fitted to.
@@ -94,6 +96,7 @@ def _measured(run: RungRun, rung: Rung, case: DualPrecessionCase) -> dict[str, A
     attitude, velocity = inputs.attitude[at], inputs.velocity[at]
     fields: dict[str, Any] = {
         "status": "ok",
+        "message": run.hint or None,
         "samples_per_step": run.output.samples_per_step,
         "version": run.timed.version,
         **time_fields(run.timed, run.samples),
@@ -126,6 +129,17 @@ def _predicted(subject: Subject, case: DualPrecessionCase, interval: float, end:
         # In the precession frame the secular part lies along the axis of precession.
         "predicted_secular_drift_deg_per_h": abs(error.attitude[0, 2]) / end * _DEG_PER_H,
         "predicted_velocity_error_end": norms(error.velocity_inertial)[0],
+    }
+
+
+def _expected(subject: Subject) -> dict[str, Any]:
+    """Return the orders that theory gives a built-in method."""
+    drift = subject.order_drift or subject.order
+    return {
+        "expected_order": subject.order,
+        "secular_expected_order": drift,
+        "narrow_cone_order": subject.order_coning,
+        "velocity_expected_order": subject.order_velocity or subject.order,
     }
 
 
@@ -167,6 +181,13 @@ def _ladder_fields(prefix: str, fit: Convergence, rung: int) -> dict[str, Any]:
         f"{prefix}floor": fit.floors[rung],
         f"{prefix}at_floor": bool(fit.at_floor[rung]),
     }
+
+
+def _stuck(fit: Convergence, fields: dict[str, Any]) -> str | None:
+    """Return what a large error that finer sampling does not lessen points to."""
+    if fit.order is None or fit.order > _CONVERGING or fields.get("attitude_error_max", 0.0) < _WRONG:
+        return None
+    return "the error does not shrink with the interval: are units (rad), axes, signs and initial attitude right?"
 
 
 def _rate_needed(fit: Convergence, rungs: Sequence[Rung], measured: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -241,6 +262,9 @@ def score_integrator(
         left_out = {prefix: 0 if prefix in hidden else left_out[prefix] + 1 for prefix in fits}
         fits = {prefix: _fit(prefix, used, measured, left_out[prefix]) for prefix in _LADDERS}
     whole = _rate_needed(fits[""], used, measured)
+    for fields in measured:
+        if fields["status"] == "ok" and not fields["message"]:
+            fields["message"] = _stuck(fits[""], fields)
     return [
         merged(
             {
@@ -250,7 +274,7 @@ def score_integrator(
                 "interval": rung.motion.interval,
                 "takes": rung.motion.convention.name,
             },
-            {"samples_per_step": loaded.subject.samples_per_step},
+            {"samples_per_step": loaded.subject.samples_per_step, **_expected(loaded.subject)},
             fields,
             *(_ladder_fields(prefix, fit, i) for prefix, fit in fits.items() if _LADDERS[prefix] in fields),
             whole if fields["status"] == "ok" else {},

@@ -98,6 +98,6 @@ def violations(requirements: Sequence[Requirement], rows: Iterable[Mapping[str, 
 
 def _shown(row: Mapping[str, Any], field: str) -> str:
     value = row.get(field)
-    if value is None:
+    if value in (None, ""):
         return "has no value" + (f" ({row['status']})" if row["status"] != "ok" else "")
     return f"is {value:.6g}" if isinstance(value, float) else f"is {value}"

@@ -105,6 +105,15 @@ FIELDS = (
             ("input_floor", "deg/h"),
         )
     ),
+    Field("expected_order", "", "order of attitude_error_max in general motion, by theory (built-in integrators)"),
+    Field("secular_expected_order", "", "as expected_order, of secular_drift_deg_per_h"),
+    Field(
+        "narrow_cone_order",
+        "",
+        "order of secular_drift_deg_per_h on pure coning to the square of the half-angle, by theory: that of "
+        "coefficients optimised for coning, if they are",
+    ),
+    Field("velocity_expected_order", "", "as expected_order, of velocity_error_max"),
     Field("velocity_observed_order", "", "as observed_order, of velocity_error_max"),
     Field("velocity_order_residual", "log2", "as order_residual, of velocity_error_max"),
     Field("velocity_order_points", "", "as order_points, of velocity_error_max"),

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from sinsbench.scoring.cost import inputs_of
 from sinsbench.scoring.errors import attitude_error_vectors, difference
+from sinsbench.scoring.misreadings import misreading
 from sinsbench.scoring.running import IntegratorOutput, RunError, Timed, checked_integrator_output, run
 from sinsbench.subjects.loading import LoadedSubject
 from sinsdata.truth.sampling import SampledMotion
@@ -35,6 +36,8 @@ class RungRun:
         Attitude error in inertial axes, rad; None where the subject computes no attitude.
     velocity, velocity_body : ndarray, shape (m, 3), or None
         Errors of the apparent velocity in inertial and in body axes, m/s.
+    hint : str
+        Convention in which its attitudes would be right, if they are wrong; see `sinsbench.scoring.misreadings`.
     """
 
     output: IntegratorOutput
@@ -45,6 +48,7 @@ class RungRun:
     attitude: Array | None
     velocity: Array | None
     velocity_body: Array | None
+    hint: str = ""
 
     def at(self, checkpoints: NDArray[np.intp]) -> "RungRun":
         """Return the errors at some of the checkpoints."""
@@ -108,6 +112,8 @@ def run_rung(loaded: LoadedSubject, motion: SampledMotion, repetitions: int, war
             raise RunError("not finite", f"the error of {name} exceeds the range of float64, first in row {first}")
         return error
 
+    truth = motion.attitude[reached], motion.attitude_lo[reached]
+    hint = "" if output.attitude is None else misreading(output.attitude[steps], *truth)
     return RungRun(
         output,
         timed,
@@ -117,6 +123,7 @@ def run_rung(loaded: LoadedSubject, motion: SampledMotion, repetitions: int, war
         errors("attitude", attitude_error_vectors),
         errors("velocity_inertial"),
         errors("velocity_body"),
+        hint,
     )
 
 

@@ -9,6 +9,7 @@ piece of a period; a fit of both parts at once does not:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -43,6 +44,7 @@ class SecularParts:
     periodic: Array
 
 
+@cache
 def frequencies_of(motion: DualPrecession) -> tuple[float, ...]:
     """Return the frequencies at which errors oscillate on a regular precession, rad/s.
 
@@ -91,6 +93,15 @@ def secular_parts(
     t, e = np.asarray(time, np.float64), np.asarray(error, np.float64)
     if t.size < 2 * _INSTANTS_AN_UNKNOWN:
         return None
+    trend, solver = _fit(t.tobytes(), tuple(frequencies), growth)
+    secular = trend @ (solver @ e)
+    return SecularParts((secular[-1] - secular[0]) / float(t[-1] - t[0]), e - secular)
+
+
+@lru_cache(maxsize=64)  # the errors of all methods, and the floors, are fitted at the same instants
+def _fit(instants: bytes, frequencies: tuple[float, ...], growth: int) -> tuple[Array, Array]:
+    """Return the columns of the secular part, and the matrix that takes errors to their coefficients."""
+    t = np.frombuffer(instants)
     duration = float(t[-1] - t[0])
     kept = _resolved(frequencies, duration)
     periods = min((kept[0], *(b - a for a, b in pairwise(kept)))) * duration / (2 * np.pi) if kept else 0.0
@@ -102,6 +113,4 @@ def secular_parts(
     trend = tau[:, None] ** np.arange(max(1, power) + 1)
     powers = tau[:, None] ** np.arange(power + 1)
     oscillations = [powers * wave(w * t)[:, None] for w in kept for wave in (np.cos, np.sin)]
-    coefficients = np.linalg.lstsq(np.hstack([trend, *oscillations]), e, rcond=None)[0]
-    secular = trend @ coefficients[: trend.shape[1]]
-    return SecularParts((secular[-1] - secular[0]) / duration, e - secular)
+    return trend, np.linalg.pinv(np.hstack([trend, *oscillations]))[: trend.shape[1]]

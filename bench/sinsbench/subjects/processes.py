@@ -34,7 +34,7 @@ _TAIL = 4096  # bytes of standard error that are looked at
 # Words with which programs say that they got no memory; the exit status tells nothing.
 _NO_MEMORY = (
     *("out of memory", "cannot allocate memory", "bad_alloc", "memoryerror"),
-    *("memory allocation of", "allocation failed"),
+    *("memory allocation of", "allocation failed", "cannot map zero-fill pages", "failed to map segment"),
 )
 
 
@@ -225,7 +225,10 @@ def run_process(
     """
     found = shutil.which(command[0])
     if found is None:
-        if Path(command[0]).exists():
+        here = Path(command[0])
+        if here.is_file() and os.access(here, os.X_OK):
+            raise OutcomeError("not installed", f"{command[0]} is not on the search path; write ./{command[0]}")
+        if here.exists():
             raise OutcomeError("error", f"{command[0]} is not executable")
         raise OutcomeError("not installed", f"there is no program {command[0]}")
     words = [found, *command[1:]]
