@@ -13,6 +13,8 @@ import pytest
 from sinsbench.cli import run
 from toolchain import provide_tools
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "scoring.md").read_text(encoding="utf-8")
 COMMANDS = {"mine": "./mine {input} {output}", "two_sample.js": "node examples/two_sample.js"}

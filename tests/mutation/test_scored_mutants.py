@@ -15,7 +15,7 @@ from sinsbench.mutants.equivalents import EQUIVALENTS, reason_of
 from sinsbench.mutants.interpretation import copied
 from sinsbench.mutants.judging import Judge
 from sinsbench.mutants.runner import plantings
-from sinsbench.mutants.trials import integrator_trials, probes_of, score_trial
+from sinsbench.mutants.trials import integrator_probes, integrator_trials, score_trial
 from sinsbench.subjects.loading import resolve
 from sinsbench.subjects.registry import BUILT_IN, EQUATOR_ERRORS
 from sinsbench.subjects.rotation_vector_methods import COSINE_SERIES, DUAL_SERIES, SINE_SERIES
@@ -81,12 +81,12 @@ class Reordered(ast.NodeTransformer):
 
 
 def test_a_sum_in_another_order_is_the_same():
-    judge = Judge(resolve("panov6"), integrator_trials(4, carries=False), probes_of(4), score_trial)
+    judge = Judge(resolve("panov6"), integrator_trials(4, carries=False), integrator_probes(4), score_trial)
     place = next(place for place, node in judge.right.statements.items() if getattr(node, "name", "") == "dot")
     changed = Reordered().visit(copied(judge.right.statements[place]))
     assert ast.unparse(changed) != ast.unparse(judge.right.statements[place])
     with judge.replica.exchanged(place, changed) as function:
-        arguments = probes_of(4)[1][0]
+        arguments = integrator_probes(4)[1][0]
         before, after = judge.right.function()(*arguments), function(*arguments)
         assert any((before[name] != after[name]).any() for name in before)  # by rounding
         assert judge.told_apart(function) is None

@@ -88,6 +88,14 @@ EQUIVALENTS = (
         "the constant coefficient has the weight 0; of two samples there is no third generator",
     ),
     Equivalent("taylor.*|magnus.*", r"fit_step: out\[last \+ 1, axis\] = total: .*", _UNUSED),
+    Equivalent("quatfiter.*", r"velocity_gained: .*len\(force\) - 1 -> -1", "the same entry, the last"),
+    Equivalent("quatfiter.*", r"velocity_gained: range\(m % 2, .*: 2 -> 1.*", "the integrals in between are zero"),
+    Equivalent(
+        "taylor.*",
+        r"series_gain: (highest_even, .*|range\(1, terms \+ 1\): .*|place\(series, 0, 4, .*)"
+        r"|power_series: terms == 0: .*",
+        "a term more or less than those that matter; a row that is written again before it is read",
+    ),
     # Solvers of the equator error equations
     Equivalent(
         "equator_.*",
@@ -101,6 +109,14 @@ EQUIVALENTS = (
     Equivalent(".*", r"particular_solution: chi == 0 or stiffness == 0: .*", _GUARD),
     Equivalent(".*", r"_sinh_root: x == 0: .*", _GUARD),
     Equivalent(".*", r"(state_scale|schuler_speed): .*", "a unit, which cancels"),
+    Equivalent(
+        "rk45|dop853|radau|lsoda",
+        r": (ABSOLUTE|RELATIVE)_TOLERANCE = .*|_integrate: solution = .*: .*TOLERANCE.*",
+        "relative: less than the solver accepts, which takes its least; absolute: below every error",
+    ),
+    Equivalent(
+        "rk45|dop853|radau|lsoda", r"_integrate: instants\.size == 0 or .*", "a guard for no time to integrate over"
+    ),
     Equivalent(".*", r"harmonics: .*: 1 -> 0", "the angle is one number, whose only axis is the last"),
     Equivalent(".*", r": (DOUBLE_ROOT|SERIES_LIMIT|SERIES_TERMS|CANCELLATION) = .*", _THRESHOLD),
     Equivalent(".*", r"_roots: discriminant <= DOUBLE_ROOT \* p \* p: .*", _THRESHOLD),

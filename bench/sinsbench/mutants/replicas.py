@@ -116,6 +116,7 @@ class Replica:
     def function(self, modules: Mapping[str, ModuleType] | None = None) -> Callable[..., Any]:
         """Return the callable of the subject."""
         used = self.modules if modules is None else modules
+        self._turns = 0  # those of a mutant before this one do not count
         function: Any = used[self._root]
         for part in self._attribute.split("."):
             function = getattr(function, part)

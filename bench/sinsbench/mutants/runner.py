@@ -3,6 +3,7 @@
 import ast
 import contextlib
 import functools
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
@@ -13,7 +14,13 @@ from sinsbench.mutants.interpretation import Place, copied, is_compiled
 from sinsbench.mutants.judging import Judge, Score
 from sinsbench.mutants.planting import TermPlanter
 from sinsbench.mutants.replicas import Replica
-from sinsbench.mutants.trials import formula_trials, integrator_trials, probes_of, score_trial
+from sinsbench.mutants.trials import (
+    formula_probes,
+    formula_trials,
+    integrator_probes,
+    integrator_trials,
+    score_trial,
+)
 from sinsbench.scoring.running import checked_integrator_output, run
 from sinsbench.subjects.loading import LoadedSubject
 from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS
@@ -155,17 +162,22 @@ def _judged(loaded: LoadedSubject, defect: _Defect, sums: bool) -> Mutant:
     return Mutant(loaded.subject.name, defect.kind, defect.what, verdict, told_by or "", reason)
 
 
+#: Solvers that go step by step: flights of hours take them seconds.
+_STEPPING = re.compile(r"rk45|dop853|radau|lsoda|ode45_.*")
+
+
 def _judge(loaded: LoadedSubject, dataset: str, score: Score) -> Judge:
     if dataset == EQUATOR_ERRORS:
-        return Judge(loaded, formula_trials(loaded.subject.order is not None), probes_of(None), score)
+        stepping = _STEPPING.fullmatch(loaded.subject.name) is not None
+        return Judge(loaded, formula_trials(stepping), formula_probes(stepping), score)
     samples = loaded.subject.samples_per_step or _samples_per_step(loaded)
     carries = (loaded.subject.state_bytes or _LEAST_CARRYING) >= _LEAST_CARRYING
-    return Judge(loaded, integrator_trials(samples, carries), probes_of(samples), score)
+    return Judge(loaded, integrator_trials(samples, carries), integrator_probes(samples), score)
 
 
 def _samples_per_step(loaded: LoadedSubject) -> int:
     """Find out how many samples a step of a user's subject consumes, by a run on a number that 1 to 10 divide."""
-    (angle, velocity, *others), _ = probes_of(2520 // 6)[0]
+    (angle, velocity, *others), _ = integrator_probes(2520 // 6)[0]
     result = run(loaded.function, (angle, velocity, *others), repetitions=0).result
     return checked_integrator_output(result, len(angle)).samples_per_step
 

@@ -4,7 +4,7 @@ A mutant is told apart where the score of a case shows a difference beyond round
 with the right subject on random inputs, without a score: a mutant that differs there has survived.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -19,7 +19,16 @@ from sinsbench.subjects.equator_model import EARTH_RADIUS, EARTH_RATE, EQUATORIA
 from sinsbench.subjects.loading import LoadedSubject
 from sinsdata.cases import DualPrecessionCase, EquatorCase
 
-__all__ = ["Probe", "Row", "Trial", "formula_trials", "integrator_trials", "probes_of", "score_trial"]
+__all__ = [
+    "Probe",
+    "Row",
+    "Trial",
+    "formula_probes",
+    "formula_trials",
+    "integrator_probes",
+    "integrator_trials",
+    "score_trial",
+]
 
 Array = NDArray[np.float64]
 Row: TypeAlias = Mapping[str, Any]
@@ -73,6 +82,12 @@ _GENERAL: dict[str, Any] = {
     "initial_velocity": ("3", "-2", "5"),
     "initial_attitude": _TURNED,
 }
+#: Little force: what depends on the rate of turn alone must not be left to the size of the force.
+_LIGHT = _GENERAL | {
+    "spin_rate_dual": "1/1000",
+    "nutation_dual": "1/1000",
+    "initial_velocity": ("1/1000", "1/1000", "1/1000"),
+}
 _CONING = _GENERAL | {"spin_rate": "3", "precession_ratio": "-1", "nutation": "3/10"}
 #: Bodies that hardly turn while a large velocity grows by the same amount in every step: the rounding of the sums is
 #: the same each time, up to half a unit in the last place, and adds up to what carried rounding errors avoid. Each
@@ -114,6 +129,7 @@ _MOTIONS = (
     _Motion("very large rotations", _GENERAL, 5 * _STEP, 4),
     _Motion("rapid precession", _GENERAL, 9 * _STEP, 4),
     _Motion("very rapid precession", _GENERAL, 10 * _STEP, 4),
+    _Motion("little force", _LIGHT, 3 * _STEP, 4),
     _Motion("general precession", _GENERAL, _STEP, 8, _LADDER),
     _Motion("coning", _CONING, _STEP, 8, _LADDER),
 )
@@ -217,8 +233,11 @@ Probe: TypeAlias = tuple[tuple[Any, ...], Mapping[str, Any]]
 """Arguments by position and by name."""
 
 
-def _random_increments(samples_per_step: int) -> list[Probe]:
-    """Increments of rates that are cubic polynomials: smooth as those of a motion, and different in every step."""
+def integrator_probes(samples_per_step: int) -> list[Probe]:
+    """Return increments of random rates for integrators that consume so many samples in a step.
+
+    The rates are cubic polynomials: smooth as those of a motion, and different in every step.
+    """
     random = np.random.default_rng(_SEED)
     steps, degree = 6, 3
     middles = (np.arange(samples_per_step) + 0.5) / samples_per_step * 2 - 1
@@ -233,18 +252,14 @@ def _random_increments(samples_per_step: int) -> list[Probe]:
     return probes
 
 
-def _random_flights() -> list[Probe]:
+def formula_probes(stepping: bool) -> list[Probe]:
+    """Return random flights for solvers; short ones for those that go step by step."""
     random = np.random.default_rng(_SEED)
     sizes = np.array([0.01, 0.01, 0.01, 1.0, 1e-7, 1e-7])
     probes: list[Probe] = []
     for number in range(6):
         forced = {"misalignment": random.uniform(-5e-5, 5e-5, (3, 3)), "inertial_longitude": random.uniform(-3, 3)}
-        time = np.sort(random.uniform(0, 3600, 4))
+        time = np.sort(random.uniform(0, 60.0 if stepping else 3600.0, 4))
         flight = (time, random.uniform(-7000, 7000), random.uniform(0, 30000), random.uniform(-1, 1, 6) * sizes)
         probes.append((flight, forced if number % 2 else {}))
     return probes
-
-
-def probes_of(samples_per_step: int | None) -> Sequence[Probe]:
-    """Return random inputs for an integrator of so many samples in a step, or for a solver."""
-    return _random_flights() if samples_per_step is None else _random_increments(samples_per_step)

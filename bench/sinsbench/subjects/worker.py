@@ -178,7 +178,8 @@ def main(folder: Path) -> None:
     temporary = folder / "reply.part"
     temporary.write_text(json.dumps(reply), encoding="utf-8")
     temporary.replace(folder / "reply.json")  # an answer is whole, or there is none
-    sys.stderr.flush()
+    with contextlib.suppress(OSError, ValueError):  # full, or closed: what a function printed is not the answer
+        sys.stderr.flush()
     os._exit(0)  # threads that a function left behind, and what libraries do at the end, are not waited for
 
 
