@@ -88,7 +88,7 @@ def _version(distribution: str) -> str:
     return own if distribution == "numpy" else f"{own}, numpy {version('numpy')}"
 
 
-def _not_taken(function: Callable[..., Any], names: Iterable[str]) -> str | None:
+def not_taken(function: Callable[..., Any], names: Iterable[str]) -> str | None:
     """Return the first of some names that a function does not take as a keyword."""
     try:
         parameters = inspect.signature(function).parameters.values()
@@ -127,7 +127,7 @@ def _call(function: Callable[..., Any], folder: Path, request: Mapping[str, Any]
     """Call a function as a request says, and again for its time."""
     import numpy as np
 
-    missing = _not_taken(function, request["keywords"])
+    missing = not_taken(function, request["keywords"])
     if missing is not None:
         raise _CallError("not applicable", f"takes no {missing}")
     with np.load(folder / "request.npz", allow_pickle=False) as stored:
