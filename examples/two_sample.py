@@ -3,22 +3,23 @@
 import numpy as np
 
 
-def rotation(vector):
-    """Return the quaternion, scalar first, of a rotation vector."""
-    angle = np.linalg.norm(vector)
-    return np.array([np.cos(angle / 2), *(np.sinc(angle / (2 * np.pi)) / 2 * vector)])
-
-
-def product(a, b):
-    """Return the Hamilton product."""
-    scalar = a[0] * b[0] - a[1:] @ b[1:]
-    return np.array([scalar, *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
-
-
 def two_sample(angle, velocity, interval, attitude0, velocity0):
     """Integrate increments (n, 3), two a step, to attitudes (n/2 + 1, 4)."""
-    attitude = [attitude0]
-    for first, second in angle.reshape(-1, 2, 3):
-        step = first + second + 2 / 3 * np.cross(first, second)
-        attitude.append(product(attitude[-1], rotation(step)))
+    first, second = angle[::2], angle[1::2]
+    vectors = first + second + 2 / 3 * np.cross(first, second)
+    half = np.linalg.norm(vectors, axis=1, keepdims=True) / 2
+    rotations = np.hstack([np.cos(half), np.sinc(half / np.pi) / 2 * vectors])
+    w, x, y, z = attitude0.tolist()
+    attitude = [(w, x, y, z)]
+    for a, b, c, d in rotations.tolist():
+        w, x, y, z = (
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        )
+        attitude.append((w, x, y, z))
     return np.array(attitude)
+
+
+two_sample.samples_per_step = 2

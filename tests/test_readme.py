@@ -3,11 +3,15 @@
 import re
 import shlex
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from sinsbench.cli import run
+from toolchain import provide_tools
+
+pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -26,6 +30,7 @@ def commands(page: str) -> list[str]:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    provide_tools(tmp_path / "tools", monkeypatch)
     (tmp_path / "my.toml").write_text(blocks(README, "toml")[0])
     (tmp_path / "sweep.toml").write_text(blocks(DATASETS, "toml")[0])
     return tmp_path
@@ -39,8 +44,10 @@ def test_the_two_commands_are_the_first() -> None:
 def run_all(page: str, first: int) -> None:
     for command in commands(page)[first:]:
         program, *arguments = shlex.split(command)
-        assert program == "sinsbench"
-        assert run(arguments) == 0, command
+        if program == "sinsbench":
+            assert run(arguments) == 0, command
+        else:
+            subprocess.run([program, *arguments], check=True)
 
 
 def printed(page: str, capsys: pytest.CaptureFixture[str]) -> str:

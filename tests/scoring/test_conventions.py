@@ -60,7 +60,7 @@ def test_a_subject_sees_the_inputs_it_takes_and_no_others(name):
     factors = (Fraction(2), Fraction(1))
     found = score([user(spy, name)], [GENERAL], factors=factors, repetitions=0)
     assert [(row["status"], row["takes"]) for row in found] == [("ok", name)] * 2
-    for (first, second, third, attitude0, velocity0), factor in zip(seen, factors, strict=True):
+    for (first, second, third, attitude0, velocity0), factor in zip(seen[:2], factors, strict=True):
         motion = sample(GENERAL, factor, None, name)
         assert np.array_equal(first, motion.first)
         assert np.array_equal(second, motion.second)
@@ -76,7 +76,7 @@ def test_several_subjects_are_fed_each_its_own():
 
     def spy(name):
         def subject(first, *_):
-            seen[name] = len(first)
+            seen.setdefault(name, len(first))  # the first call: later ones count operations
             return np.tile([1.0, 0, 0, 0], (513, 1))
 
         return user(subject, name)

@@ -214,7 +214,7 @@ def test_three_samples_a_step(short):
     for row in score_integrator(user(three, samples_per_step=3), case, rungs, 0):
         assert (row["status"], row["samples_per_step"]) == ("ok", 3)
         assert row["attitude_error_end"] > 0
-    assert seen == [63, 126]
+    assert seen[:2] == [63, 126]  # and a few samples again, to count operations
 
 
 def panov_of_three(angle, velocity, interval, attitude0, velocity0):
@@ -308,7 +308,7 @@ def test_fewer_samples_than_a_step(samples, message):
 def test_long_rungs_are_left_out(monkeypatch):
     case = replace(CASES["variant1_general"], duration=ExactNumber("0.64"))
     for most, expected in ((256, [32, 64, 128, 256]), (255, [32, 64, 128]), (20, [64])):
-        monkeypatch.setattr("sinsbench.scoring.integrators._MOST_SAMPLES", most)
+        monkeypatch.setattr("sinsbench.scoring.ladders._MOST_SAMPLES", most)
         assert [rung.motion.samples for rung in ladder(case)] == expected
     with pytest.raises(ValueError, match="more than 20 samples"):
         ladder(case, LADDER[2:])

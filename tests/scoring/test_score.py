@@ -10,6 +10,7 @@ import pytest
 from sinsbench.scoring.rows import FIELDS, STATUSES, row
 from sinsbench.scoring.score import SCORE_FIELDS, score
 from sinsbench.subjects.loading import SubjectError
+from sinsbench.subjects.registry import subjects_of
 from sinsdata.tiers import paper_cases
 from sinsref.exact import ExactNumber
 
@@ -124,7 +125,7 @@ def test_both_datasets():
 
 def test_all_built_in_subjects_by_default(short):
     found = score(None, [short], factors=(Fraction(1),), repetitions=0)
-    assert {one["subject"] for one in found} == {f"panov{k}{s}" for k in (2, 4, 6) for s in ("", "_compensated")}
+    assert {one["subject"] for one in found} == {subject.name for subject in subjects_of("dual_precession")}
     assert {one["status"] for one in found} == {"ok"}
     assert {one["ns_per_sample"] for one in found} == {None}
 

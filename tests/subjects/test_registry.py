@@ -3,13 +3,23 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from sinsbench.subjects.fitted_methods import FITTED_METHODS
+from sinsbench.subjects.integrators import StreamingIntegrator
 from sinsbench.subjects.loading import resolve
+from sinsbench.subjects.published_methods import PUBLISHED_METHODS
 from sinsbench.subjects.registry import BUILT_IN, DUAL_PRECESSION, EQUATOR_ERRORS, subjects_of
+from sinsbench.subjects.rotation_vector_methods import METHODS
 
 NAMES = {
-    DUAL_PRECESSION: {f"panov{order}{suffix}" for order in (2, 4, 6) for suffix in ("", "_compensated")},
+    DUAL_PRECESSION: {
+        *(f"panov{order}{suffix}" for order in (2, 4, 6) for suffix in ("", "_compensated")),
+        *("one_sample", "recursive", "two_sample", "two_sample_savage", "two_sample_savage_third", "ignagni2"),
+        *("miller3", "miller3_coning", "savage3", "savage_high_rate4", "lee4", "park5"),
+        *FITTED_METHODS,
+    },
     EQUATOR_ERRORS: {
         *(f"equator_{x}" for x in ("printed", "corrected", "general_solution", "amplitude_phase", "robust")),
         *("equator_amplitude_phase_printed", "expm", "rk45", "dop853", "radau", "lsoda"),
@@ -37,6 +47,30 @@ def test_every_target_is_there(name):
 
 def test_different_subjects_are_different_code():
     assert len({id(resolve(name).function) for name in BUILT_IN}) == len(BUILT_IN)
+
+
+def test_integrators_stand_from_the_simplest_on():
+    names = [subject.name for subject in subjects_of(DUAL_PRECESSION)]
+    assert names[:3] == ["one_sample", "recursive", "two_sample"]
+    assert names.index("park5") < names.index("panov2") < names.index("panov6_compensated") < names.index("taylor2")
+
+
+@pytest.mark.parametrize("name", [*PUBLISHED_METHODS, *METHODS, *(f"{name}_compensated" for name in METHODS)])
+def test_state_is_what_a_streaming_integrator_carries(name):
+    subject, compensated = BUILT_IN[name], name.endswith("_compensated")
+    method = (PUBLISHED_METHODS | METHODS)[name.removesuffix("_compensated")]
+    stream = StreamingIntegrator(method, [1.0, 0, 0, 0], np.zeros(3), compensated)
+    numbers = sum(map(len, stream._state)) + sum(len(vector) for memory in stream._earlier for vector in memory)
+    redundant = 0 if compensated else 3  # the velocity in body axes, which follows from that in inertial axes
+    assert subject.state_bytes == 8 * (numbers - redundant)
+
+
+def test_orders_that_differ_are_told():
+    orders = {name: (s.order, s.order_drift, s.order_coning, s.order_velocity) for name, s in BUILT_IN.items()}
+    assert orders["two_sample"] == (4, None, None, None)
+    assert orders["two_sample_savage"] == (4, None, None, 2)
+    assert orders["lee4"] == (3, 4, 8, None)
+    assert all(subject.order for subject in subjects_of(DUAL_PRECESSION))
 
 
 def test_importing_the_table_imports_no_heavy_module():

@@ -6,70 +6,17 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
 
+from sinsbench.mutants.planting import Planter
+
+__all__ = ["STUMBLES", "Planter", "is_seen", "load", "mutated", "source", "survivors"]
+
 #: A mutant that stumbles over its own defect is seen by that.
 STUMBLES = (ArithmeticError, AttributeError, LookupError, NameError, RuntimeError, TypeError, ValueError)
-
-
-class Planter(ast.NodeTransformer):
-    """Plants the defect number `target`; without a target plants nothing, and lists them all in `places`.
-
-    A minus sign is dropped, an operator becomes its counterpart in `operators`, a constant becomes what `changed`
-    makes of it. Annotations, signatures and decorators are left alone. A place is named by its function and its
-    statement, or the head of its compound statement, so that a list of places outlives changes elsewhere.
-    """
-
-    operators: ClassVar[dict[type[ast.operator], type[ast.operator]]] = {ast.Add: ast.Sub, ast.Sub: ast.Add}
-
-    def __init__(self, target: int | None = None) -> None:
-        self.target, self.count = target, 0
-        self.places: list[str] = []
-        self.function, self.statement = "", ast.AST()
-
-    def changed(self, value: Any) -> Any:
-        """What stands for the constant `value` in a mutant; None leaves it alone."""
-        if type(value) is int:
-            return value + 1
-        return value * 1.5 if type(value) is float else None
-
-    def plant(self, node: ast.expr, replacement: ast.expr) -> ast.expr:
-        number, self.count = self.count, self.count + 1
-        if self.target is None:
-            self.places.append(": ".join((self.function, ast.unparse(self.statement), ast.unparse(node))))
-            self.places[-1] += f" -> {ast.unparse(replacement)}"
-        return ast.copy_location(replacement, node) if number == self.target else node
-
-    def visit(self, node: ast.AST) -> Any:
-        if isinstance(node, ast.stmt):
-            self.statement = getattr(node, "test", getattr(node, "iter", node))
-        return super().visit(node)
-
-    def visit_Constant(self, node: ast.Constant) -> ast.expr:
-        value = self.changed(node.value)
-        return node if value is None else self.plant(node, ast.Constant(value))
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
-        self.generic_visit(node)
-        other = self.operators.get(type(node.op))
-        return self.plant(node, ast.BinOp(node.left, other(), node.right)) if other else node
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
-        self.generic_visit(node)
-        return self.plant(node, node.operand) if isinstance(node.op, ast.USub) else node
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.stmt:
-        node.value = self.visit(node.value) if node.value else None
-        return node
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.stmt:
-        outer, self.function = self.function, node.name
-        node.body = [self.visit(statement) for statement in node.body]
-        self.function = outer
-        return node
 
 
 def source(module: ModuleType) -> ast.Module:

@@ -3,14 +3,110 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sinsbench.cli.errors import UsageError
-from sinsbench.subjects.loading import resolve
+from sinsbench.peers.subjects import loaded_peer
+from sinsbench.subjects.loading import LoadedSubject, resolve
 from sinsbench.subjects.registry import BUILT_IN
 from sinsdata.cases import CASE_CLASSES, Case
 from sinsdata.tiers import cases_from_toml, cases_of, paper_cases
 from sinsdata.verification.stored_cases import find_datasets, load_cases
+
+if TYPE_CHECKING:
+    from sinsbench.subjects.processes import Limits
+
+
+@dataclass(frozen=True)
+class Guests:
+    """The subjects of a command line that are not built in, as it names them.
+
+    Attributes
+    ----------
+    commands : tuple of str
+        Programs.
+    results : tuple of Path
+        Files of results.
+    names : tuple of str
+        Names of programs and files of results, in this order; those left over are named after the files.
+    takes : str or None
+        Input convention.
+    suffix : str
+        Format of the programs' tables.
+    samples_per_step : int or None
+        Samples that a step of the programs consumes.
+    isolated : bool
+        Whether callables run in processes of their own.
+    limits : Limits
+    """
+
+    commands: tuple[str, ...]
+    results: tuple[Path, ...]
+    names: tuple[str, ...]
+    takes: str | None
+    suffix: str
+    samples_per_step: int | None
+    isolated: bool
+    limits: Limits
+
+    def __post_init__(self) -> None:
+        named = len(self.commands) + len(self.results)
+        if len(self.names) > named:
+            raise UsageError(f"--name {self.names[named]}: there are {named} programs and files of results to name")
+        if self.commands:
+            return
+        if self.samples_per_step is not None:
+            which = "a callable has it as an attribute"
+            raise UsageError(f"--samples-per-step {self.samples_per_step} is for programs (--command); {which}")
+        if self.suffix != "csv":
+            raise UsageError(f"--format {self.suffix} is for programs (--command)")
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Programs and files of results, as the command line has them."""
+        return (*self.commands, *map(str, self.results))
+
+    def subjects(self, texts: Sequence[str], dataset: str, cases: Sequence[Case]) -> list[str | LoadedSubject] | None:
+        """Return the subjects that a command line asks for; None for all built-in ones.
+
+        Raises
+        ------
+        sinsbench.subjects.loading.SubjectError
+            If one cannot be had.
+        """
+        from sinsbench.elsewhere.programs import numbered, program
+        from sinsbench.elsewhere.results import result_file
+        from sinsbench.subjects.isolated import isolated_subject
+
+        if not texts and not self.texts:
+            return None
+        chosen: list[str | LoadedSubject] = [
+            isolated_subject(text, self.limits) if self.isolated and ":" in text else text for text in texts
+        ]
+        names = [*self.names, *[None] * (len(self.texts) - len(self.names))]
+        made = [
+            program(
+                command,
+                dataset,
+                takes=self.takes,
+                name=name,
+                suffix=self.suffix,
+                samples_per_step=self.samples_per_step,
+                limits=self.limits,
+            )
+            for command, name in zip(self.commands, names, strict=False)
+        ]
+        held = [case.name for case in cases]
+        made += [
+            result_file(path, dataset, held, takes=self.takes, name=name)
+            for path, name in zip(self.results, names[len(self.commands) :], strict=True)
+        ]
+        unique = list(numbered([*texts, *(one.subject.name for one in made)]))[len(texts) :]
+        return chosen + [
+            replace(one, subject=replace(one.subject, name=name)) for one, name in zip(made, unique, strict=True)
+        ]
 
 
 def cases_to_generate(dataset: str, tier: str | None, file: Path | None) -> tuple[str, Sequence[Case]]:
@@ -51,7 +147,13 @@ def _scored_datasets() -> list[str]:
     return list(dict.fromkeys(str(subject.dataset) for subject in BUILT_IN.values()))
 
 
-def datasets_to_score(subjects: Sequence[str] | None, cases: Sequence[str] | None) -> list[str]:
+def _which(subject: str) -> str:
+    return f"say what to score {subject} on: --on dual_precession (integrators) or --on equator_errors (solvers)"
+
+
+def datasets_to_score(
+    subjects: Sequence[str] | None, cases: Sequence[str] | None, guests: Sequence[str] = ()
+) -> list[str]:
     """Return the datasets that built-in subjects belong to; without a subject, those that hold the cases, or all.
 
     Raises
@@ -62,17 +164,17 @@ def datasets_to_score(subjects: Sequence[str] | None, cases: Sequence[str] | Non
         If a name is neither a built-in subject nor a place in a file or module.
     """
     scored = _scored_datasets()
+    for text in guests:
+        raise UsageError(_which(text))
     if not subjects:
         holding = [dataset for dataset in scored if {case.name for case in paper_cases(dataset)} & set(cases or ())]
         return holding or scored
+    found: set[str] = set()
     for name in subjects:
-        if name not in BUILT_IN:
-            if ":" not in name:
-                resolve(name)  # says what is meant, if anything is
-            raise UsageError(
-                f"say what to score {name} on: --on dual_precession (integrators) or --on equator_errors (solvers)"
-            )
-    found = {str(BUILT_IN[name].dataset) for name in subjects}
+        subject = BUILT_IN.get(name) or (None if ":" in name else (loaded_peer(name) or resolve(name)).subject)
+        if subject is None or subject.dataset is None:
+            raise UsageError(_which(name))
+        found.add(subject.dataset)
     if len(found) > 1:
         raise UsageError(f"the subjects belong to several datasets ({', '.join(sorted(found))}): score them one by one")
     return sorted(found)

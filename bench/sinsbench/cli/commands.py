@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sinsbench.cli import publishing, scoring
+from sinsbench.cli import mutants, peers, publishing, scoring
 from sinsbench.cli.errors import UsageError
 from sinsbench.cli.options import JsonFile
 
@@ -166,6 +166,8 @@ app.command()(publishing.export)
 
 
 app.command()(scoring.score)
+app.command()(mutants.mutants)
+app.add_typer(peers.app, name="peers")
 
 
 @app.command()

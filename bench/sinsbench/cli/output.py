@@ -215,3 +215,11 @@ def number(value: float) -> str:
     if value == 0:
         return "0"
     return f"{value:.4g}" if 1e-3 <= abs(value) < 1e6 else f"{value:.3e}"
+
+
+def markdown_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return rows as a table in Markdown, with the headings and numbers of `Output.table`."""
+    names = list(rows[0])
+    lines = ["| " + " | ".join(heading(name).strip() for name in names) + " |", "|" + "---|" * len(names)]
+    lines += ["| " + " | ".join(cell(row.get(name)).replace("|", "\\|") for name in names) + " |" for row in rows]
+    return "\n".join(lines)

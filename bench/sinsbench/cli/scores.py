@@ -12,15 +12,17 @@ INTEGRATOR_COLUMNS = {
     "subject": "subject",
     "case": "case",
     "interval, s": "interval",
-    "attitude max, rad": "attitude_error_max",
     "drift, deg/h": "drift_deg_per_h",
-    "asymptotic drift": "predicted_drift_deg_per_h",
+    "secular drift": "secular_drift_deg_per_h",
     "velocity end, m/s": "velocity_error_end",
-    "asymptotic velocity": "predicted_velocity_error_end",
     "order": "observed_order",
-    "at floor": "at_floor",
+    "secular order": "secular_observed_order",
+    "narrow cone": "narrow_cone_order",
+    "rate needed, Hz": "rate_needed_hz",
     "ns a sample": "ns_per_sample",
+    "relative cost": "relative_cost",
     "flops a sample": "flops_per_sample",
+    "version": "version",
     "status": "status",
     "message": "message",
 }
@@ -50,14 +52,29 @@ LADDER_COLUMNS = {
     "local order": "local_order",
     "fitted order": "observed_order",
     "residual": "order_residual",
+    "secular local order": "secular_local_order",
     "input floor, rad": "input_floor",
     "at floor": "at_floor",
     "velocity max, m/s": "velocity_error_max",
     "velocity local order": "velocity_local_order",
-    "velocity input floor, m/s": "velocity_input_floor",
     "status": "status",
     "message": "message",
 }
+#: The same for work against precision.
+WORK_COLUMNS = {
+    "subject": "subject",
+    "interval, s": "interval",
+    "attitude max, rad": "attitude_error_max",
+    "drift, deg/h": "drift_deg_per_h",
+    "at floor": "at_floor",
+    "flops a second": "flops_per_second",
+    "ns a second": "ns_per_second",
+    "relative cost": "relative_cost",
+    "state, B": "state_bytes",
+    "not counted because": "flops_note",
+}
+#: Observed order -> the one by theory, which stands behind it in brackets.
+_THEORY = {"observed_order": "expected_order", "secular_observed_order": "secular_expected_order"}
 _TITLES = {
     "dual_precession": "integrators on dual_precession (errors against certified truth)",
     "equator_errors": "solvers on equator_errors (largest errors against certified truth)",
@@ -65,18 +82,18 @@ _TITLES = {
 
 
 def _pick(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the rows with the headings people read; columns that are empty throughout are left out."""
-    used = {heading: field for heading, field in columns.items() if any(row[field] not in (None, "") for row in rows)}
-    return [{heading: _shown(field, row[field]) for heading, field in used.items()} for row in rows]
+    """Return the rows with the headings people read; columns that say nothing throughout are left out."""
+    nothing = (None, "", "ok")
+    used = {heading: field for heading, field in columns.items() if any(row[field] not in nothing for row in rows)}
+    return [{heading: _shown(field, row) for heading, field in used.items()} for row in rows]
 
 
-def _shown(field: str, value: Any) -> Any:
-    """Return an order with two decimals, everything else as it is."""
-    return (
-        f"{value:.2f}"
-        if field in ("observed_order", "local_order", "velocity_local_order") and value is not None
-        else value
-    )
+def _shown(field: str, row: Mapping[str, Any]) -> Any:
+    """Return an order with two decimals, and that of theory if there is one; everything else as it is."""
+    value, theory = row[field], row[_THEORY[field]] if field in _THEORY else None
+    if value is None or not field.endswith(("observed_order", "local_order")):
+        return value
+    return f"{value:.2f}" if theory is None else f"{value:.2f} ({theory})"
 
 
 def native(rows: Sequence[Mapping[str, Any]], cases: Iterable[Case]) -> list[Mapping[str, Any]]:
@@ -94,6 +111,43 @@ def score_tables(
     integrators = LADDER_COLUMNS if whole_ladder else INTEGRATOR_COLUMNS
     for dataset, columns in (("dual_precession", integrators), ("equator_errors", FORMULA_COLUMNS)):
         own: Sequence[Mapping[str, Any]] = [row for row in rows if row["dataset"] == dataset]
+        own = own if whole_ladder else native(own, known)
         if own:
-            tables.append((_TITLES[dataset], _pick(own if whole_ladder else native(own, known), columns)))
+            tables.append(_titled(_TITLES[dataset], _pick(own, columns)))
+    return tables
+
+
+def _titled(title: str, table: list[dict[str, Any]]) -> tuple[str, list[dict[str, Any]]]:
+    """Return title and table; an interval that all rows share stands in the title."""
+    intervals = {row.get("interval, s") for row in table}
+    if len(intervals) > 1 or None in intervals:
+        return title, table
+    shared = f"{title}, sampled every {intervals.pop():g} s"
+    return shared, [{name: value for name, value in row.items() if name != "interval, s"} for row in table]
+
+
+def work_precision_tables(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, list[dict[str, Any]]]]:
+    """Return two titled tables for each case of integrators: what every rung costs, and who is cheapest at an error.
+
+    Costs are those of a second of motion.
+    """
+    from sinsbench.scoring.work_precision import cheapest
+
+    measured = [row for row in rows if row["dataset"] == "dual_precession" and row["status"] == "ok"]
+    tables = []
+    for case in dict.fromkeys(row["case"] for row in measured):
+        own = [row for row in measured if row["case"] == case]
+        tables.append((f"work and precision on {case}", _pick(own, WORK_COLUMNS)))
+        best = [
+            {
+                "error at most": f"{one.level.value:g} {one.level.unit}",
+                "fewest operations": one.by_flops.subject,
+                "flops a second": one.by_flops.shown,
+                "least time": one.by_time.subject,
+                "ns a second": one.by_time.shown,
+                "reached by": one.reached_by,
+            }
+            for one in cheapest(own)
+        ]
+        tables.append((f"cheapest on {case} (interpolated along the ladders; costs a second of motion)", best))
     return tables

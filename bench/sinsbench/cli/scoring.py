@@ -20,10 +20,39 @@ def score(
     ] = None,
     on: Annotated[str | None, typer.Option(metavar="DATASET", help="Name or folder of a dataset.")] = None,
     case: Annotated[list[str] | None, typer.Option(metavar="CASE", help="Only this case; may be repeated.")] = None,
+    command: Annotated[
+        list[str] | None,
+        typer.Option(metavar="COMMAND", help='A program, such as "./prog {input} {output}"; may be repeated.'),
+    ] = None,
+    result: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="Results computed beforehand: .parquet, .arrow or .csv; may be repeated."),
+    ] = None,
+    name: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Name of the program or file of results; may be repeated.")
+    ] = None,
+    format_: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="Files of a program: csv, parquet or arrow.")
+    ] = "csv",
+    samples_per_step: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Give programs whole steps of N samples.")
+    ] = None,
+    isolate: Annotated[bool, typer.Option("--isolate", help="Run callables in processes of their own.")] = False,
+    timeout: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Stop a program or callable after this time.")
+    ] = None,
+    memory: Annotated[int | None, typer.Option(metavar="MB", help="Most memory of a program or callable.")] = None,
     takes: Annotated[
         str | None, typer.Option(metavar="CONVENTION", help="Input convention of integrators that declare none.")
     ] = None,
     ladder: Annotated[bool, typer.Option("--ladder", help="Show every sampling interval, not only the own.")] = False,
+    work_precision: Annotated[
+        bool, typer.Option("--work-precision", help="Show cost against error, and who is cheapest at an error.")
+    ] = False,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CONDITION", help='Condition on the rows shown, "drift_deg_per_h<1e-3"; may be repeated.'),
+    ] = None,
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw errors over the intervals too: .svg or .png.")
     ] = None,
@@ -33,30 +62,47 @@ def score(
 
     Of a dataset's folder the cases are taken; their truth is computed anew, at a ladder of sampling intervals.
     """
-    from sinsbench.cli.choices import cases_to_score, datasets_to_score
+    from sinsbench.cli.choices import Guests, cases_to_score, datasets_to_score
     from sinsbench.cli.output import Output
-    from sinsbench.cli.scores import score_tables
+    from sinsbench.cli.scores import native, score_tables, work_precision_tables
     from sinsbench.figures import check_figure, ladder_figure
+    from sinsbench.scoring.requirements import parse_requirement, violations
     from sinsbench.scoring.score import loaded_subjects
     from sinsbench.scoring.score import score as score_subjects
+    from sinsbench.subjects.processes import Limits
 
     output = Output()
     output.check(json, figure)
+    requirements = [parse_requirement(text) for text in require or ()]
+    guests = Guests(
+        tuple(command or ()),
+        tuple(result or ()),
+        tuple(name or ()),
+        takes,
+        format_,
+        samples_per_step,
+        isolated=isolate or timeout is not None or memory is not None,
+        limits=Limits(timeout, None if memory is None else memory * 1_000_000),
+    )
     rows: list[dict[str, Any]] = []
     scored: list[Case] = []
-    chosen = [
-        cases_to_score(dataset, case) for dataset in ([on] if on is not None else datasets_to_score(subjects, case))
-    ]
-    check_figure(figure, [name for name, _ in chosen])
-    for name, cases in chosen:
+    datasets = [on] if on is not None else datasets_to_score(subjects, case, guests.texts)
+    chosen = [cases_to_score(dataset, case) for dataset in datasets]
+    check_figure(figure, [dataset for dataset, _ in chosen])
+    for dataset, cases in chosen:
         scored += cases
-        loaded = loaded_subjects(subjects or None, name, takes)
-        with output.progress(f"scoring on {name}") as progress:
+        loaded = loaded_subjects(guests.subjects(subjects or (), dataset, cases), dataset, takes)
+        with output.progress(f"scoring on {dataset}") as progress:
             rows += score_subjects(loaded, cases, progress)
     output.json(json, rows)
     if figure is not None:
         ladder_figure(rows, figure)
     for title, table in score_tables(rows, scored, whole_ladder=ladder):
         output.table(table, title=title)
+    for title, table in work_precision_tables(rows) if work_precision else ():
+        output.table(table, title=title)
+    missed = violations(requirements, rows if ladder else native(rows, scored))
+    for line in missed:
+        output.line(line)
     broken = [row for row in rows if row["status"] not in ("ok", "not applicable")]
-    raise typer.Exit(1 if broken else 0)
+    raise typer.Exit(1 if broken or missed else 0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sinsbench.claims.model import VERDICTS
 from sinsbench.cli.claims import claim_table, verdict_counts
-from sinsbench.cli.output import Output, cell, certified, heading
+from sinsbench.cli.output import Output, certified, markdown_table
 from sinsbench.cli.scores import native, score_tables
 
 if TYPE_CHECKING:
@@ -157,16 +157,9 @@ def markdown(result: Reproduction) -> str:
     for section in sections(result):
         parts.append(f"## {section.title}")
         if section.table:
-            parts.append(_markdown_table(section.table))
+            parts.append(markdown_table(section.table))
         if section.sentence:
             parts.append(section.sentence)
     known = ", ".join(f"{name} {value}" for name, value in result.environment.items())
     parts.append(f"Made by `sinsbench reproduce` with {known}.")
     return "\n\n".join(parts) + "\n"
-
-
-def _markdown_table(rows: list[dict[str, Any]]) -> str:
-    names = list(rows[0])
-    lines = ["| " + " | ".join(heading(name).strip() for name in names) + " |", "|" + "---|" * len(names)]
-    lines += ["| " + " | ".join(cell(row.get(name)).replace("|", "\\|") for name in names) + " |" for row in rows]
-    return "\n".join(lines)

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FLOOR_MARGIN", "Convergence", "convergence"]
+__all__ = ["FEWEST_POINTS", "FLOOR_MARGIN", "Convergence", "convergence"]
 
 Array = NDArray[np.float64]
 
 FLOOR_MARGIN = 10.0
 """Points count towards the order only above this multiple of the floor."""
 
-_FEWEST_POINTS = 3
+FEWEST_POINTS = 3
+"""An order is fitted to no fewer points."""
+
 _LEAST_SLOPE = 0.5  # between no convergence and first order
 # A last point off by this part of itself shifts the slope fitted to four halvings by 0.3 log2(1 + 1/20) = 0.02.
 _CONTAMINATION = 1 / 20
@@ -31,6 +33,8 @@ class Convergence:
         Root mean square deviation from that line, in powers of two.
     points : int
         Number of points used.
+    note : str
+        Why there is no order; empty where there is one.
     local_orders : tuple of float or None
         Slope between each interval and the next coarser one.
     floors : ndarray, shape (n,)
@@ -42,6 +46,7 @@ class Convergence:
     order: float | None
     residual: float | None
     points: int
+    note: str
     local_orders: tuple[float | None, ...]
     floors: Array
     at_floor: NDArray[np.bool_]
@@ -52,6 +57,7 @@ def convergence(
     errors: Sequence[float],
     input_floors: Sequence[float],
     rounding_bounds: Sequence[float],
+    left_out: int = 0,
 ) -> Convergence:
     """Fit the order of a method to its errors on a ladder, and measure the floor of rounding.
 
@@ -69,6 +75,8 @@ def convergence(
         Floors of the inputs, in the unit of the errors.
     rounding_bounds : sequence of float, length n
         The most that rounding can amount to, in the unit of the errors.
+    left_out : int, default 0
+        How many of the coarsest intervals do not count towards the order: the power law is a limit for small ones.
 
     Returns
     -------
@@ -85,14 +93,16 @@ def convergence(
     if contaminated.any():
         # Before it takes over, rounding is at most what it is when it does.
         floors = np.maximum(floors, np.where(contaminated, rounding, rounding[contaminated][0]))
-    used = valid & ~contaminated & (error > FLOOR_MARGIN * floors)
+    used = valid & ~contaminated & (error > FLOOR_MARGIN * floors) & (np.arange(h.size) >= left_out)
     order, residual, points = None, None, int(np.count_nonzero(used))
-    if points >= _FEWEST_POINTS:
+    note = f"errors at {points} of {h.size} intervals are above the floor; an order takes {FEWEST_POINTS}"
+    if points >= FEWEST_POINTS:
+        note = ""
         slope, offset = np.polyfit(log_h[used], log_error[used], 1)
         deviation = log_error[used] - (slope * log_h[used] + offset)
         order, residual = float(slope), float(np.sqrt(np.mean(deviation**2)))
     local = (None, *(float(slope) if np.isfinite(slope) else None for slope in slopes))
-    return Convergence(order, residual, points, local, floors, np.isfinite(error) & (error <= 2 * floors))
+    return Convergence(order, residual, points, note, local, floors, np.isfinite(error) & (error <= 2 * floors))
 
 
 def _reference_order(slopes: Array, error: Array, bounds: Array) -> float | None:

@@ -1,18 +1,19 @@
 """Scores of subjects of the equator error equations: errors by component, correct digits, ulps."""
 
-import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sinsbench.scoring.cost import time_fields
 from sinsbench.scoring.errors import difference
 from sinsbench.scoring.rows import merged
 from sinsbench.scoring.running import RunError, checked_states, run
 from sinsbench.subjects.loading import LoadedSubject
 from sinsbench.subjects.registry import EQUATOR_ERRORS
+from sinsbench.subjects.worker import not_taken
 from sinsdata.cases import EquatorCase
 from sinsdata.truth.sampling import EquatorTruth, equator_truth
 from sinsref.arithmetic import MpArithmetic
@@ -100,18 +101,6 @@ def equator_reference(case: EquatorCase) -> EquatorReference:
     )
 
 
-def _not_taken(function: Callable[..., Any], names: Iterable[str]) -> str | None:
-    """Return the first of some names that a function does not take as a keyword."""
-    try:
-        parameters = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):  # compiled code may hide its signature: the call will tell
-        return None
-    if any(one.kind is one.VAR_KEYWORD for one in parameters):
-        return None
-    taken = {one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)}
-    return next((name for name in names if name not in taken), None)
-
-
 def _digits(ratio: Array) -> float:
     return float(-np.log10(ratio.max(initial=0.0)))
 
@@ -149,14 +138,14 @@ def score_formula(
         "interval": float(case.interval),
     }
     try:
-        missing = _not_taken(loaded.function, reference.keywords)
+        missing = not_taken(loaded.function, reference.keywords)
         if missing is not None:
             raise RunError("not applicable", f"takes no {missing}")
         timed = run(loaded.function, reference.arguments, repetitions, warm, keywords=reference.keywords)
         fields = _measured(checked_states(timed.result, len(truth.time)), reference)
     except RunError as failure:
         return [merged(head, {"status": failure.status, "message": str(failure)})]
-    return [merged(head, fields, {"ns_per_sample": timed.least / len(truth.time) * 1e9, "version": timed.version})]
+    return [merged(head, fields, time_fields(timed, len(truth.time)), {"version": timed.version})]
 
 
 @np.errstate(over="ignore", divide="ignore", invalid="ignore")

@@ -53,16 +53,24 @@ class Timed:
         Times of the calls that count, s; empty if there were none.
     version : str
         Version of what runs elsewhere, where it tells one.
+    elsewhere : bool
+        Whether it ran in another process, so that its operations cannot be counted here.
     """
 
     result: Any
     seconds: tuple[float, ...]
     version: str = ""
+    elsewhere: bool = False
 
     @property
     def least(self) -> float:
         """Least of the times, s; NaN if there are none."""
         return min(self.seconds, default=float("nan"))
+
+    @property
+    def median(self) -> float:
+        """Median of the times, s; NaN if there are none."""
+        return float(np.median(self.seconds)) if self.seconds else float("nan")
 
 
 def run(
@@ -102,7 +110,7 @@ def run(
     named = keywords or {}
     result, first = _call(function, arguments, named)
     if isinstance(result, Outcome):
-        return Timed(result.result, result.seconds if repetitions else (), result.version)
+        return Timed(result.result, result.seconds if repetitions else (), result.version, elsewhere=True)
     times = [first] if warm and repetitions else []
     while len(times) < repetitions and sum(times) < budget:
         times.append(_call(function, arguments, named)[1])
@@ -171,13 +179,14 @@ def checked_integrator_output(result: Any, samples: int) -> IntegratorOutput:
     given = result if isinstance(result, Mapping) else {"attitude": result}
     arrays = {name: _array(name, given[name]) for name in _COLUMNS if given.get(name) is not None}
     if not arrays:
-        raise RunError("wrong shape", f"the result holds none of {', '.join(_COLUMNS)}")
+        held = f"it holds {', '.join(map(str, given)) or 'nothing'}" if given is result else "it is None"
+        raise RunError("wrong shape", f"the result holds none of {', '.join(_COLUMNS)}; {held}")
     for name, array in arrays.items():
         m = len(array) - 1 if array.ndim else 0
         if array.ndim != 2 or array.shape[1] != _COLUMNS[name] or m < 1 or samples % m:
             hint = _transposed(array, _COLUMNS[name])
             if not hint and array.ndim == 2 and m >= 0 and samples % (m + 1) == 0:
-                hint = "; is the initial row missing?"
+                hint = "; is the initial row missing? Or the last one?"
             raise RunError(
                 "wrong shape",
                 f"{name} has shape {array.shape}; (m+1, {_COLUMNS[name]}) is needed, the initial row and one a step, "
@@ -219,7 +228,7 @@ def _array(name: str, value: Any) -> Array:
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu":
-            raise TypeError(f"its elements are {array.dtype}")
+            raise TypeError(f"its elements are {array.dtype}" if array.ndim else f"it is {type(value).__name__}")
         with np.errstate(over="ignore"):  # a wider type may overflow to infinity, which is found later
             return array.astype(np.float64)
     except Exception as error:  # a stranger's object may raise anything when it is asked for its numbers

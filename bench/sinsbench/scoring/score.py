@@ -6,6 +6,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, TypeAlias
 
+from sinsbench.peers.subjects import loaded_peer
 from sinsbench.scoring.formulas import EquatorReference, equator_reference, score_formula
 from sinsbench.scoring.integrators import LADDER, Rung, ladder, score_integrator
 from sinsbench.scoring.rows import SCORE_FIELDS
@@ -80,7 +81,7 @@ def loaded_subjects(
         or if it declares another one than `takes`. Built-in subjects keep theirs.
     """
     wanted = [subject.name for subject in subjects_of(dataset)] if subjects is None else list(subjects)
-    loaded = tuple(resolve(subject) if isinstance(subject, str) else subject for subject in wanted)
+    loaded = tuple((loaded_peer(one) or resolve(one)) if isinstance(one, str) else one for one in wanted)
     for subject in (one.subject for one in loaded):
         if subject.dataset not in (None, dataset):
             raise SubjectError(f"{subject.name} is a subject of {subject.dataset}, not of {dataset}")
@@ -105,6 +106,16 @@ def _fed(one: LoadedSubject, takes: str | None) -> LoadedSubject:
     except ValueError as error:
         raise SubjectError(f"{subject.name}: {error}") from None
     return replace(one, subject=subject)
+
+
+def _on_case(
+    one: LoadedSubject, case: DualPrecessionCase, rungs: Sequence[Rung]
+) -> tuple[LoadedSubject, Sequence[Rung]]:
+    """Return what runs on a case, and on which rungs: results computed beforehand have the case's own interval."""
+    if one.of_case is None:
+        return one, rungs
+    own = float(case.interval)
+    return one.of_case(case.name, own), [rung for rung in rungs if rung.motion.interval == own]
 
 
 def score(
@@ -151,6 +162,8 @@ def score(
     if len(datasets) != 1:
         raise ValueError("the cases to score on must be of one dataset, at least one")
     loaded = loaded_subjects(subjects, datasets[0])
+    if all(one.of_case is not None for one in loaded):
+        factors = (Fraction(1),)
     rows: list[dict[str, Any]] = []
     total, done = len(cases) * (len(loaded) + 1), 0
 
@@ -168,8 +181,10 @@ def score(
         for one in loaded:
             report(f"{one.subject.name} on {case.name}")
             if isinstance(case, EquatorCase) and isinstance(reference, EquatorReference):
-                rows += score_formula(one, case, reference, repetitions, warm=number > 0)
+                subject = one if one.of_case is None else one.of_case(case.name, float(case.interval))
+                rows += score_formula(subject, case, reference, repetitions, warm=number > 0)
             elif isinstance(case, DualPrecessionCase) and isinstance(reference, Mapping):
-                rows += score_integrator(one, case, reference[convention_of(one)], repetitions, warm=number > 0)
+                subject, rungs = _on_case(one, case, reference[convention_of(one)])
+                rows += score_integrator(subject, case, rungs, repetitions, warm=number > 0)
     report("done")
     return rows

@@ -4,8 +4,9 @@ Every integrator obeys the contract of a subject,
 
     f(angle, velocity, interval, attitude0, velocity0) -> mapping of arrays,
 
-and is made by one factory from a method of `sinsbench.subjects.rotation_vector_methods`. Compilation happens
-at the first call, and importing this module does not import numba.
+and is made by one factory from a method of `sinsbench.subjects.rotation_vector_methods` or
+`sinsbench.subjects.published_methods`; all built-in ones are attributes of this module. Compilation happens at the
+first call, and importing this module does not import numba.
 """
 
 from collections.abc import Callable
@@ -14,7 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sinsbench.subjects.increments import checked_array, checked_inputs, extrapolated_start
+from sinsbench.subjects.published_methods import PUBLISHED_METHODS
 from sinsbench.subjects.rotation_vector_methods import (
+    METHODS,
     PANOV_2,
     PANOV_4,
     PANOV_6,
@@ -31,6 +35,9 @@ __all__ = [
     "MotionState",
     "StreamingIntegrator",
     "attitude_only",
+    "checked_array",
+    "checked_inputs",
+    "extrapolated_start",
     "integrator",
     "panov2",
     "panov2_compensated",
@@ -50,76 +57,18 @@ def _kernels() -> "ModuleType":
     return kernels
 
 
-def checked_array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    """Return `value` as a contiguous float64 array after checking its shape and that it is finite.
-
-    Parameters
-    ----------
-    name : str
-        Name for the messages.
-    value : array_like
-        The argument.
-    shape : tuple
-        Required shape; None admits any length.
-
-    Returns
-    -------
-    ndarray
-        The checked array.
-
-    Raises
-    ------
-    ValueError
-        If the shape is another one, or a value is NaN or infinite.
-    """
-    array = np.ascontiguousarray(value, dtype=np.float64)
-    if array.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
-        wanted = " x ".join("n" if n is None else str(n) for n in shape)
-        raise ValueError(f"{name} has shape {' x '.join(map(str, array.shape)) or 'scalar'}, expected {wanted}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} has values that are not finite")
-    return array
+_COMMON_WINDOW = max(method.window for method in (*PUBLISHED_METHODS.values(), *METHODS.values()))
 
 
-def checked_inputs(
-    samples_per_step: int,
-    angle: ArrayLike,
-    velocity: ArrayLike,
-    interval: float,
-    attitude0: ArrayLike,
-    velocity0: ArrayLike,
-) -> tuple[Array, Array, Array, Array]:
-    """Check the five arguments of an integrator and return the four arrays among them.
+def _like(method: RotationVectorMethod) -> tuple[tuple[float, ...], ...]:
+    """Return increments of the length that kernels are compiled for: one length for all built-in methods."""
+    return ((0.0, 0.0, 0.0),) * max(method.window, _COMMON_WINDOW)
 
-    Parameters
-    ----------
-    samples_per_step : int
-        Number of samples one step consumes.
-    angle, velocity, interval, attitude0, velocity0
-        As for `panov6`.
 
-    Returns
-    -------
-    tuple of ndarray
-        angle (n, 3), velocity (n, 3), attitude0 (4,), velocity0 (3,).
-
-    Raises
-    ------
-    ValueError
-        If a shape is wrong, a value is not finite, the interval is not positive, or n is not a multiple of
-        `samples_per_step`.
-    """
-    if not (np.isfinite(interval) and interval > 0):
-        raise ValueError(f"interval is {interval}, expected a positive number of seconds")
-    angle = checked_array("angle", angle, (None, 3))
-    velocity = checked_array("velocity", velocity, (angle.shape[0], 3))
-    if angle.shape[0] % samples_per_step:
-        raise ValueError(f"angle has {angle.shape[0]} samples, expected a multiple of {samples_per_step}")
-    attitude0, velocity0 = (
-        checked_array("attitude0", attitude0, (4,)),
-        checked_array("velocity0", velocity0, (3,)),
-    )
-    return angle, velocity, attitude0, velocity0
+def _with_earlier(method: RotationVectorMethod, increments: Array) -> Array:
+    if not method.history:
+        return increments
+    return np.vstack([extrapolated_start(increments, method.history), increments])
 
 
 _CONTRACT = """
@@ -156,11 +105,26 @@ _COMPENSATED = """
     Attitude and inertial velocity are sums with carried rounding errors (Kahan). That lowers the rounding
     floor of the velocity by orders of magnitude and keeps the quaternion norm; the floor of the attitude is
     set by the rounding of the increments and stays."""
+_REMEMBERS = """
+
+    It remembers the last sample or samples of the step before. Those before the first step are extrapolated, see
+    `extrapolated_start`."""
+_CLASSICAL = """
+
+    The velocity, of order {order}, has a power series in place of the exact rotation correction."""
 
 
 def _document(function: Any, method: RotationVectorMethod, suffix: str, what: str, returns: str) -> None:
     samples, name = method.samples_per_step, method.name + suffix
-    more = _COMPENSATED if suffix == "_compensated" else ""
+    more = "".join(
+        text
+        for text, applies in (
+            (_COMPENSATED, suffix == "_compensated"),
+            (_REMEMBERS, method.history),
+            (_CLASSICAL.format(order=method.order_velocity), method.velocity_rule != "transfer"),
+        )
+        if applies
+    )
     function.__name__ = function.__qualname__ = name
     function.__doc__ = f"Integrate {what}, order {method.order} ({method.source}).{more}" + _CONTRACT.format(
         samples=samples, returns=returns.format(samples=samples)
@@ -195,8 +159,8 @@ def integrator(method: RotationVectorMethod, *, compensated: bool = False) -> In
         attitude, inertial, body = (np.empty((steps + 1, columns)) for columns in (4, 3, 3))
         state = _initial_state(q, w, compensated)
         attitude[0], inertial[0], body[0] = q, w, kernels.body_velocity(tuple(q.tolist()), tuple(w.tolist()))
-        like = ((0.0, 0.0, 0.0),) * samples
-        run(state, p, b, like, coefficients, attitude[1:], inertial[1:], body[1:])
+        p, b = _with_earlier(method, p), _with_earlier(method, b)
+        run(state, p, b, _like(method), coefficients, attitude[1:], inertial[1:], body[1:])
         return {"attitude": attitude, "velocity_inertial": inertial, "velocity_body": body}
 
     suffix = "_compensated" if compensated else ""
@@ -227,12 +191,16 @@ def attitude_only(method: RotationVectorMethod) -> Integrator:
         p, _, q, _ = checked_inputs(samples, angle, velocity, interval, attitude0, velocity0)
         attitude = np.empty((p.shape[0] // samples + 1, 4))
         attitude[0] = q
-        like = ((0.0, 0.0, 0.0),) * samples
-        _kernels().integrate_attitude(tuple(q.tolist()), p, like, coefficients, attitude[1:])
+        p = _with_earlier(method, p)
+        _kernels().integrate_attitude(tuple(q.tolist()), p, _like(method), coefficients, attitude[1:])
         return {"attitude": attitude}
 
     _document(integrate, method, "_attitude", "attitude alone", _ATTITUDE)
     return integrate
+
+
+def _tuples(vectors: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, vectors.tolist()))
 
 
 def _initial_state(attitude: Array, velocity: Array, compensated: bool) -> tuple[tuple[float, ...], ...]:
@@ -271,6 +239,10 @@ class StreamingIntegrator:
         Initial apparent velocity in inertial axes, m/s.
     compensated : bool
         Accumulate attitude and inertial velocity with carried rounding errors.
+    earlier : pair of array_like, shape (method.history, 3), optional
+        Angle and velocity increments of the samples before the first, oldest first, for a method that remembers
+        samples. Zeros by default, which leaves a constant attitude error of third order in the sampling interval;
+        the batch integrator, which sees the samples that follow, has `extrapolated_start` of them.
 
     Raises
     ------
@@ -284,6 +256,7 @@ class StreamingIntegrator:
         attitude0: ArrayLike,
         velocity0: ArrayLike,
         compensated: bool = False,
+        earlier: tuple[ArrayLike, ArrayLike] | None = None,
     ) -> None:
         q, w = checked_array("attitude0", attitude0, (4,)), checked_array("velocity0", velocity0, (3,))
         kernels = _kernels()
@@ -293,6 +266,10 @@ class StreamingIntegrator:
         self._step = kernels.compensated_step if compensated else kernels.step
         self._body_velocity = kernels.body_velocity
         self._state = _initial_state(q, w, compensated)
+        before = (np.zeros((method.history, 3)),) * 2 if earlier is None else earlier
+        angle, velocity = (checked_array("earlier", array, (method.history, 3)) for array in before)
+        self._earlier = _tuples(angle), _tuples(velocity)
+        self._surplus = _like(method)[method.window :]
 
     @property
     def state(self) -> MotionState:
@@ -324,8 +301,10 @@ class StreamingIntegrator:
         """
         p = checked_array("angle", angle, (self._samples, 3))
         b = checked_array("velocity", velocity, (self._samples, 3))
-        increments = tuple(map(tuple, p.tolist())), tuple(map(tuple, b.tolist()))
+        angles, velocities = self._earlier[0] + _tuples(p), self._earlier[1] + _tuples(b)
+        increments = angles + self._surplus, velocities + self._surplus
         self._state = self._step(self._state, *increments, self._coefficients)
+        self._earlier = angles[self._samples :], velocities[self._samples :]
         return self.state
 
 
@@ -337,7 +316,16 @@ panov4_compensated = integrator(PANOV_4, compensated=True)
 panov6_compensated = integrator(PANOV_6, compensated=True)
 
 INTEGRATORS: dict[str, Integrator] = {
-    function.__name__: function
-    for function in (panov2, panov4, panov6, panov2_compensated, panov4_compensated, panov6_compensated)
+    **{name: integrator(method) for name, method in PUBLISHED_METHODS.items()},
+    **{
+        function.__name__: function
+        for function in (panov2, panov4, panov6, panov2_compensated, panov4_compensated, panov6_compensated)
+    },
 }
 """The built-in integrators by name."""
+
+
+def __getattr__(name: str) -> Integrator:
+    if name in INTEGRATORS:
+        return INTEGRATORS[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,8 +1,9 @@
 """Compiled kernels: one step of strapdown attitude and apparent velocity, and the loops over steps.
 
 Vectors are tuples of 3 floats, quaternions tuples of 4 (scalar first, Hamilton product, body to inertial),
-and the increments of a step a tuple of r vectors (``angle`` in rad, ``velocity`` in m/s): a step allocates
-nothing and works in registers. Coefficients arrive at run time as `Coefficients`.
+and the increments of a step a tuple of vectors (``angle`` in rad, ``velocity`` in m/s), those of remembered samples
+first: a step allocates nothing. Coefficients arrive at run time as `Coefficients`. A tuple may hold more vectors than
+the method looks at: with tuples of one length, all methods run in the same machine code.
 
 `sinsbench.instrumentation` rebuilds this very file with every floating-point operation rounded or counted.
 Integer arithmetic therefore stands only inside subscripts and the arguments of ``range`` and ``rows``, which
@@ -38,28 +39,33 @@ Function = TypeVar("Function", bound=Callable[..., object])
 def compiled(function: Function) -> Function:
     """Compile on the first call; keep the machine code on disk wherever there is a place for it.
 
-    Without fast-math: compensated summation needs every rounding where the source has it.
+    Without fast-math: compensated summation needs every rounding where the source has it. Calls are inlined: each
+    would otherwise hand over all coefficients, one by one, which takes as long as the arithmetic.
     """
     result: Any
     try:
-        result = njit(cache=True, error_model="numpy")(function)
+        result = njit(cache=True, error_model="numpy", forceinline=True)(function)
     except RuntimeError:  # numba found no writable folder for its cache; compiling in memory is as correct
-        result = njit(error_model="numpy")(function)
+        result = njit(error_model="numpy", forceinline=True)(function)
     return cast("Function", result)
 
 
 def rows(array: Array, first: int, like: Increments) -> Increments:
-    """Rows `first`, `first` + 1, ... of an (n, 3) array, as many as `like` has entries."""
-    return tuple((array[first + i, 0], array[first + i, 1], array[first + i, 2]) for i in range(len(like)))
+    """Rows `first`, `first` + 1, ... of an (n, 3) array, as many as `like` has entries; after the last row, that again.
+
+    Rows that do not exist are asked for at the end only, where `like` is longer than what the method looks at.
+    """
+    numbers = [min(first + i, len(array) - 1) for i in range(len(like))]
+    return tuple((array[i, 0], array[i, 1], array[i, 2]) for i in numbers)
 
 
 @overload(rows, strict=False)
 def _compiled_rows(array: Any, first: Any, like: Any) -> Any:
     # Compiled code has no tuples of a length known at run time only: write one out for the type at hand.
-    vector = "(array[first + {0}, 0], array[first + {0}, 1], array[first + {0}, 2]),"
-    vectors = "".join(vector.format(i) for i in range(len(like)))
+    numbers = "".join(f"    i{k} = min(first + {k}, len(array) - 1)\n" for k in range(len(like)))
+    vectors = "".join(f"(array[i{k}, 0], array[i{k}, 1], array[i{k}, 2])," for k in range(len(like)))
     namespace: dict[str, Any] = {}
-    exec(f"def rows(array, first, like): return ({vectors})", namespace)
+    exec(f"def rows(array, first, like):\n{numbers}    return ({vectors})", namespace)
     return namespace["rows"]
 
 
@@ -125,24 +131,28 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
 
 
 @compiled
+def increment_sum(increments: Increments, coefficients: Coefficients) -> Vector:
+    """Sum of the increments of the step itself: those of remembered samples belong to earlier steps."""
+    total = increments[coefficients.window - coefficients.samples]
+    for i in range(coefficients.window - coefficients.samples + 1, coefficients.window):
+        total = add(total, increments[i])
+    return total
+
+
+@compiled
 def rotation_vector(angle: Increments, coefficients: Coefficients) -> Vector:
     """Rotation vector of one step, rad: Lebedev, Panov 1989, eq. (2.2)."""
     p, c = angle, coefficients
-    phi = p[0]
-    for i in range(1, len(p)):
-        phi = add(phi, p[i])
-    for e in range(len(c.pair)):
-        if c.pair[e] != 0.0:
-            i, j = c.pair_index[e]
-            phi = add(phi, scale(c.pair[e], cross(p[i], p[j])))
-    for e in range(len(c.triple)):
-        if c.triple[e] != 0.0:
-            i, j, k = c.triple_index[e]
-            phi = add(phi, scale(c.triple[e], cross(p[i], cross(p[j], p[k]))))
-    for e in range(len(c.quartic)):
-        if c.quartic[e] != 0.0:
-            i, j, k, m = c.quartic_index[e]
-            phi = add(phi, scale(c.quartic[e] * dot(p[i], p[j]), cross(p[k], p[m])))
+    phi = increment_sum(p, c)
+    for e in range(c.pairs):
+        i, j = c.pair_index[e]
+        phi = add(phi, scale(c.pair[e], cross(p[i], p[j])))
+    for e in range(c.triples):
+        i, j, k = c.triple_index[e]
+        phi = add(phi, scale(c.triple[e], cross(p[i], cross(p[j], p[k]))))
+    for e in range(c.quartics):
+        i, j, k, m = c.quartic_index[e]
+        phi = add(phi, scale(c.quartic[e] * dot(p[i], p[j]), cross(p[k], p[m])))
     return phi
 
 
@@ -154,25 +164,20 @@ def rotation_vector_dual(angle: Increments, velocity: Increments, coefficients: 
     the direction of the velocity increments, with the same coefficients.
     """
     p, b, c = angle, velocity, coefficients
-    phi_dual = b[0]
-    for i in range(1, len(b)):
-        phi_dual = add(phi_dual, b[i])
-    for e in range(len(c.pair)):
-        if c.pair[e] != 0.0:
-            i, j = c.pair_index[e]
-            phi_dual = add(phi_dual, scale(c.pair[e], cross_dual(p[i], b[i], p[j], b[j])))
-    for e in range(len(c.triple)):
-        if c.triple[e] != 0.0:
-            i, j, k = c.triple_index[e]
-            inner, inner_dual = cross(p[j], p[k]), cross_dual(p[j], b[j], p[k], b[k])
-            phi_dual = add(phi_dual, scale(c.triple[e], cross_dual(p[i], b[i], inner, inner_dual)))
-    for e in range(len(c.quartic)):
-        if c.quartic[e] != 0.0:
-            i, j, k, m = c.quartic_index[e]
-            product_dual = dot(b[i], p[j]) + dot(p[i], b[j])
-            by_vector = scale(dot(p[i], p[j]), cross_dual(p[k], b[k], p[m], b[m]))
-            term = add(scale(product_dual, cross(p[k], p[m])), by_vector)
-            phi_dual = add(phi_dual, scale(c.quartic[e], term))
+    phi_dual = increment_sum(b, c)
+    for e in range(c.pairs):
+        i, j = c.pair_index[e]
+        phi_dual = add(phi_dual, scale(c.pair[e], cross_dual(p[i], b[i], p[j], b[j])))
+    for e in range(c.triples):
+        i, j, k = c.triple_index[e]
+        inner, inner_dual = cross(p[j], p[k]), cross_dual(p[j], b[j], p[k], b[k])
+        phi_dual = add(phi_dual, scale(c.triple[e], cross_dual(p[i], b[i], inner, inner_dual)))
+    for e in range(c.quartics):
+        i, j, k, m = c.quartic_index[e]
+        product_dual = dot(b[i], p[j]) + dot(p[i], b[j])
+        by_vector = scale(dot(p[i], p[j]), cross_dual(p[k], b[k], p[m], b[m]))
+        term = add(scale(product_dual, cross(p[k], p[m])), by_vector)
+        phi_dual = add(phi_dual, scale(c.quartic[e], term))
     return phi_dual
 
 
@@ -244,10 +249,34 @@ def velocity_gains(rotation: Quaternion, moment: Quaternion) -> tuple[Vector, Ve
 
 
 @compiled
+def resolved_gain(angle: Increments, velocity: Increments, phi_dual: Vector, coefficients: Coefficients) -> Vector:
+    """Velocity gained in one step, in the body axes of its start, m/s, by a classical velocity update.
+
+    Savage 1998, part II: velocity increment and sculling correction, which together are the dual part of the
+    rotation vector, plus the rotation correction 1/2 P x B; with its next term, 1/6 P x (P x B), if that is asked for.
+    """
+    c = coefficients
+    total = increment_sum(angle, c)
+    correction = cross(total, increment_sum(velocity, c))
+    gain = add(phi_dual, scale(c.resolving[0], correction))
+    if c.resolving[1] != 0.0:
+        gain = add(gain, scale(c.resolving[1], cross(total, correction)))
+    return gain
+
+
+@compiled
 def step(state: State, angle: Increments, velocity: Increments, coefficients: Coefficients) -> State:
-    """One step of attitude and apparent velocity: Lebedev, Panov 1989, eq. (2.6)."""
+    """One step of attitude and apparent velocity: Lebedev, Panov 1989, eq. (2.6), or a classical velocity update."""
     attitude, inertial, body = state
     phi, phi_dual = rotation_vector(angle, coefficients), rotation_vector_dual(angle, velocity, coefficients)
+    if coefficients.resolving[0] != 0.0:
+        rotation = rotation_quaternion(phi, coefficients)
+        gain = resolved_gain(angle, velocity, phi_dual, coefficients)
+        return (
+            quaternion_product(attitude, rotation),
+            add(inertial, rotate(attitude, gain)),
+            rotate(conjugate(rotation), add(body, gain)),
+        )
     rotation, moment = rotation_biquaternion(phi, phi_dual, coefficients)
     gain_start, gain_end = velocity_gains(rotation, moment)
     return (
@@ -290,7 +319,10 @@ def compensated_step(
     q1, e1 = add_compensated(attitude[1], carry[1], q[1])
     q2, e2 = add_compensated(attitude[2], carry[2], q[2])
     q3, e3 = add_compensated(attitude[3], carry[3], q[3])
-    gain = rotate(attitude, velocity_gains(rotation, moment)[0])
+    gain = velocity_gains(rotation, moment)[0]
+    if coefficients.resolving[0] != 0.0:
+        gain = resolved_gain(angle, velocity, phi_dual, coefficients)
+    gain = rotate(attitude, gain)
     w0, d0 = add_compensated(inertial[0], inertial_carry[0], gain[0])
     w1, d1 = add_compensated(inertial[1], inertial_carry[1], gain[1])
     w2, d2 = add_compensated(inertial[2], inertial_carry[2], gain[2])
@@ -321,12 +353,12 @@ def integrate(
     inertial: Array,
     body: Array,
 ) -> None:
-    """Run `step` over all rows of `angle` and `velocity`, as many at a time as `like` has entries.
+    """Run `step` over all rows of `angle` and `velocity`; each step is handed as many as `like` has entries.
 
     The states after the steps go to the rows of `attitude`, `inertial` and `body`.
     """
     for k in range(attitude.shape[0]):
-        p, b = rows(angle, k * len(like), like), rows(velocity, k * len(like), like)
+        p, b = rows(angle, k * coefficients.samples, like), rows(velocity, k * coefficients.samples, like)
         state = step(state, p, b, coefficients)
         store(attitude, k, state[0])
         store(inertial, k, state[1])
@@ -339,7 +371,8 @@ def integrate_attitude(
 ) -> None:
     """Run `attitude_step` as `integrate` runs `step`."""
     for k in range(attitude.shape[0]):
-        state = attitude_step(state, rows(angle, k * len(like), like), coefficients)
+        p = rows(angle, k * coefficients.samples, like)
+        state = attitude_step(state, p, coefficients)
         store(attitude, k, state)
 
 
@@ -356,7 +389,7 @@ def integrate_compensated(
 ) -> None:
     """Run `compensated_step` as `integrate` runs `step`; `body_velocity` gives the body axes."""
     for k in range(attitude.shape[0]):
-        p, b = rows(angle, k * len(like), like), rows(velocity, k * len(like), like)
+        p, b = rows(angle, k * coefficients.samples, like), rows(velocity, k * coefficients.samples, like)
         state = compensated_step(state, p, b, coefficients)
         store(attitude, k, state[0])
         store(inertial, k, state[2])

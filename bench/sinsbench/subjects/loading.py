@@ -42,10 +42,17 @@ class LoadedSubject:
         What it is.
     function : callable
         The code, called as the contract of the dataset says.
+    elsewhere : bool
+        Whether the code runs in another process, or has run before: there is nothing to count or to trace here.
+    of_case : callable, optional
+        For results that were computed beforehand: ``of_case(case, interval)`` is the subject that looks up those of a
+        case, which are for its own sampling interval alone.
     """
 
     subject: Subject
     function: Callable[..., Any]
+    elsewhere: bool = False
+    of_case: "Callable[[str, float], LoadedSubject] | None" = None
 
 
 def printable(text: str) -> str:

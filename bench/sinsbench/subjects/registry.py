@@ -3,7 +3,11 @@
 Importing this module imports none of the code it names; `sinsbench.subjects.loading` does that on demand.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from sinsbench.subjects.fitted_methods import FITTED_METHODS
+from sinsbench.subjects.published_methods import PUBLISHED_METHODS
+from sinsbench.subjects.rotation_vector_methods import METHODS, RotationVectorMethod
 
 __all__ = ["BUILT_IN", "DUAL_PRECESSION", "EQUATOR_ERRORS", "Subject", "subjects_of"]
 
@@ -11,7 +15,6 @@ EQUATOR_ERRORS = "equator_errors"
 DUAL_PRECESSION = "dual_precession"
 
 _LOGINOV = "Loginov, Tkachenko, Chelnokov 2013"
-_PANOV = "Lebedev, Panov 1989"
 
 
 @dataclass(frozen=True)
@@ -31,15 +34,22 @@ class Subject:
     source : str
         Where the method was published.
     order : int or None
-        Its order of convergence, where that is known.
+        Its order of convergence, where that is known; of an integrator, the order of the largest attitude error in
+        general motion.
     samples_per_step : int or None
         Number of samples one step of an integrator consumes, where that is known.
     takes : str or None
         Input convention that an integrator declares; None declares none, and is fed increments.
     order_coning : int or None
-        Its order on pure coning, where that is another: coefficients optimised for coning pay for it elsewhere.
+        Its order on pure coning, where that is another: coefficients optimised for coning pay for it elsewhere. Those
+        of a rotation-vector method have it for the drift, in the limit of a narrow cone.
+    order_drift : int or None
+        Order of the secular part of its attitude error on regular precession, where that is another.
+    order_velocity : int or None
+        Order of its velocity error, where that is another.
     state_bytes : int or None
-        Size of what it carries from one step to the next: attitude, velocity, carried errors, earlier samples.
+        Size of what it carries from one step to the next: attitude, velocity (in one system of axes), carried rounding
+        errors, remembered samples.
     paper : str
         The paper whose claims rest on it, as `sinsbench list papers` names it; empty for none.
     """
@@ -55,19 +65,58 @@ class Subject:
     order_coning: int | None = None
     state_bytes: int | None = None
     paper: str = ""
+    order_drift: int | None = None
+    order_velocity: int | None = None
 
 
-def _panov(order: int, suffix: str = "", addition: str = "") -> Subject:
+_BYTES = 8  # in a number
+_STATE = 4 + 3  # attitude, velocity
+_REMEMBERED = 3 + 3  # angle and velocity increment of a sample
+
+
+def _rotation_vector(method: RotationVectorMethod) -> Subject:
     return Subject(
-        name=f"panov{order}{suffix}",
+        name=method.name,
         dataset=DUAL_PRECESSION,
-        target=f"sinsbench.subjects.integrators:panov{order}{suffix}",
-        summary=f"attitude and apparent velocity, order {order}, four samples a step{addition}",
-        source=f"{_PANOV}, eqs. (2.2), (2.5), (2.6)",
-        order=order,
-        samples_per_step=4,
+        target=f"sinsbench.subjects.integrators:{method.name}",
+        summary=method.summary,
+        source=method.source,
+        order=method.order,
+        samples_per_step=method.samples_per_step,
         takes="increments",
+        order_coning=method.order_coning,
+        state_bytes=_BYTES * (_STATE + _REMEMBERED * method.history),
+        order_drift=method.order_drift,
+        order_velocity=method.order_velocity,
+    )
+
+
+def _panov(method: RotationVectorMethod, suffix: str = "", addition: str = "", carried: int = 0) -> Subject:
+    subject = _rotation_vector(method)
+    return replace(
+        subject,
+        name=subject.name + suffix,
+        target=subject.target + suffix,
+        summary=f"attitude and apparent velocity, order {method.order}, four samples a step{addition}",
+        source="Lebedev, Panov 1989, eqs. (2.2), (2.5), (2.6)",
+        state_bytes=_BYTES * (_STATE + carried),
         paper="lebedev1989",
+    )
+
+
+def _fitted(name: str) -> Subject:
+    method = FITTED_METHODS[name]
+    return Subject(
+        name=name,
+        dataset=DUAL_PRECESSION,
+        target=f"sinsbench.subjects.fitted_integrators:{name}",
+        summary=method.summary,
+        source=method.source,
+        order=method.order,
+        samples_per_step=method.samples_per_step,
+        takes="increments",
+        order_coning=method.order_coning,
+        state_bytes=method.state_bytes,
     )
 
 
@@ -78,8 +127,10 @@ def _equator(name: str, target: str, summary: str, source: str, order: int | Non
 _ODE45 = "Dormand, Prince 1980; Shampine, Reichelt 1997"
 
 _SUBJECTS = (
-    *(_panov(order) for order in (2, 4, 6)),
-    *(_panov(order, "_compensated", ", sums with carried rounding errors") for order in (2, 4, 6)),
+    *map(_rotation_vector, PUBLISHED_METHODS.values()),
+    *map(_panov, METHODS.values()),
+    *(_panov(method, "_compensated", ", sums with carried rounding errors", _STATE) for method in METHODS.values()),
+    *map(_fitted, FITTED_METHODS),
     _equator(
         "equator_printed",
         "equator_formulas:printed",

@@ -1,15 +1,14 @@
-"""The kernels' own source, rebuilt: every operation rounded to p bits, or counted.
+"""The kernels' own source, rebuilt: every operation rounded to p bits.
 
 The formulas of `sinsbench.subjects.kernels` are not written again. Their syntax tree is rewritten, each
 floating-point operation ``a op b`` becoming ``observe(a op b)``, and the result compiled. That emulates a
-machine of shorter words, and counts what a step costs.
+machine of shorter words.
 """
 
 import ast
 import functools
 import hashlib
 import inspect
-from collections import Counter
 from collections.abc import Callable, Collection
 from typing import Any, Literal
 
@@ -25,36 +24,28 @@ from sinsbench.subjects.rotation_vector_methods import (
     binary64_coefficients,
 )
 
-__all__ = ["operation_counts", "rebuilt_kernels", "reduced_precision_integrator", "round_mantissa"]
+__all__ = ["rebuilt_kernels", "reduced_precision_integrator", "round_mantissa"]
 
 Array = NDArray[np.float64]
 Elementary = Literal["closed", "series"]
 Rounding = Literal["nearest", "chop"]
 
-OPERATIONS = ("add", "multiply", "divide", "sqrt", "sin", "cos")
-_KINDS: dict[type[ast.operator], str] = {
-    ast.Add: "add",
-    ast.Sub: "add",
-    ast.Mult: "multiply",
-    ast.Div: "divide",
-}
 _INTEGER_CALLS = {"range", "rows", "len"}
 _SERIES_LIMITS = {"closed": 0.0, "series": SERIES_LIMIT}
 
 
 class _Observe(ast.NodeTransformer):
-    """Wrap each floating-point operation in ``observe(kind, operation)`` or ``observe(operation, *extra)``.
+    """Wrap each floating-point operation in ``observe(operation, *extra)``.
 
-    With `extra`, each function of `functions` gets these names as further parameters and hands them on.
+    Each function of `functions` gets the names `extra` as further parameters and hands them on.
     """
 
-    def __init__(self, functions: Collection[str] = (), extra: tuple[str, ...] = ()) -> None:
+    def __init__(self, functions: Collection[str], extra: tuple[str, ...]) -> None:
         self.functions = functions
         self.extra = extra
 
-    def _observed(self, kind: str, operation: ast.expr) -> ast.expr:
-        arguments = [operation, *self._extra_names()] if self.extra else [ast.Constant(kind), operation]
-        return ast.Call(ast.Name("observe", ast.Load()), arguments, [])
+    def _observed(self, operation: ast.expr) -> ast.expr:
+        return ast.Call(ast.Name("observe", ast.Load()), [operation, *self._extra_names()], [])
 
     def _extra_names(self) -> list[ast.expr]:
         return [ast.Name(name, ast.Load()) for name in self.extra]
@@ -69,12 +60,12 @@ class _Observe(ast.NodeTransformer):
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
-        return self._observed(_KINDS[type(node.op)], node)
+        return self._observed(node)
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         if isinstance(node.func, ast.Attribute):  # math.sqrt, math.sin, math.cos
             self.generic_visit(node)
-            return self._observed(node.func.attr, node)
+            return self._observed(node)
         if isinstance(node.func, ast.Name) and node.func.id in _INTEGER_CALLS:
             return node
         self.generic_visit(node)
@@ -116,62 +107,6 @@ def rebuilt_kernels(transform: Callable[[ast.Module], ast.Module] = lambda tree:
         The namespace of the rebuilt functions.
     """
     return _namespace(transform(_kernel_tree()), **names)
-
-
-def operation_counts(
-    method: RotationVectorMethod,
-    *,
-    velocity: bool = True,
-    compensated: bool = False,
-    elementary: Elementary = "series",
-) -> dict[str, float]:
-    """Count the floating-point operations that a method executes, by running its own kernel.
-
-    Parameters
-    ----------
-    method : RotationVectorMethod
-        The method.
-    velocity : bool
-        Attitude and apparent velocity, or attitude alone.
-    compensated : bool
-        With compensated accumulation; only with `velocity`.
-    elementary : {"series", "closed"}
-        Power series, as for small rotations, or square root, sine and cosine.
-
-    Returns
-    -------
-    dict of str to float
-        Operations a sample: ``add`` (with subtractions), ``multiply``, ``divide``, ``sqrt``, ``sin``,
-        ``cos``. Changes of sign are free.
-
-    Raises
-    ------
-    ValueError
-        If compensated accumulation is asked for without velocity.
-    """
-    if compensated and not velocity:
-        raise ValueError("compensated accumulation is counted with velocity only")
-    counts: Counter[str] = Counter()
-
-    def observe(kind: str, value: float) -> float:
-        counts[kind] += 1
-        return value
-
-    built = rebuilt_kernels(_Observe().visit, observe=observe)
-    coefficients = binary64_coefficients(method, series_limit=_SERIES_LIMITS[elementary])
-    r = method.samples_per_step
-    # Any increments that are not zero and rotate by less than the series limit take the path of every step.
-    angle = tuple((0.1 / r, 0.01 * i / r, 0.02 / r) for i in range(r))
-    force = tuple((1.0, 0.5 * i, 2.0) for i in range(r))
-    attitude, inertial, carry = (1.0, 0.0, 0.0, 0.0), (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 0.0)
-    if not velocity:
-        built["attitude_step"](attitude, angle, coefficients)
-    elif compensated:
-        state = built["compensated_step"]((attitude, carry, inertial, carry[:3]), angle, force, coefficients)
-        built["body_velocity"](state[0], state[2])
-    else:
-        built["step"]((attitude, inertial, inertial), angle, force, coefficients)
-    return {kind: counts[kind] / r for kind in OPERATIONS}
 
 
 Precision = tuple[int, int, int]

@@ -1,0 +1,202 @@
+"""What a program of a dataset is given and gives back, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinsbench.elsewhere.files import Columns, check_finite
+from sinsbench.scoring.formulas import COMPONENTS
+from sinsbench.subjects.loading import SubjectError
+from sinsbench.subjects.outcome import OutcomeError
+from sinsbench.subjects.registry import DUAL_PRECESSION
+from sinsdata.truth.conventions import TABLES, Convention, known_convention
+
+__all__ = ["Arguments", "Contract", "IntegratorContract", "SolverContract", "contract_of"]
+
+#: Positional arguments of a subject.
+Arguments = tuple[Any, ...]
+
+_AXES = ("x", "y", "z")
+_QUATERNION = ("w", *_AXES)
+_VECTORS = {
+    "attitude": tuple(f"q_{axis}" for axis in _QUATERNION),
+    "velocity_inertial": tuple(f"w_inertial_{axis}" for axis in _AXES),
+    "velocity_body": tuple(f"w_body_{axis}" for axis in _AXES),
+}
+
+
+def _vectors(stem: str, values: NDArray[Any], axes: tuple[str, ...] = _AXES) -> Columns:
+    return {f"{stem}_{axis}": np.ascontiguousarray(values[..., i]) for i, axis in enumerate(axes)}
+
+
+def _complete(path: Path, columns: Mapping[str, Any], names: tuple[str, ...]) -> None:
+    """Raise `OutcomeError` unless all columns of a vector are there."""
+    missing = [name for name in names if name not in columns]
+    if missing:
+        raise OutcomeError("wrong shape", f"{path.name} has no column {', '.join(missing)}")
+
+
+class Contract(Protocol):
+    """Tables in place of arguments and results.
+
+    An implementation knows one dataset.
+    """
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Columns of numbers that a result may have."""
+
+    def table(self, arguments: Arguments, keywords: Mapping[str, Any]) -> Columns:
+        """Return what a subject is called with as one table."""
+
+    @property
+    def numbered(self) -> bool:
+        """Whether a column ``sample`` counts the epochs of a result."""
+
+    def epochs(self, arguments: Arguments) -> NDArray[Any]:
+        """Return the times at which a row of a result may stand, s."""
+
+    def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> Any:
+        """Return what a callable would have returned; raise `OutcomeError` for a table that is no result.
+
+        `rows` are the numbers that the rows have in the file, if it holds more.
+        """
+
+    def shortest(self, arguments: Arguments, rows: int) -> tuple[Arguments, float]:
+        """Return the arguments of the shortest run, and the part of a whole run that it leaves out.
+
+        `rows` is the number of rows of the result of the whole run. Without a shorter run the part is 0.
+        """
+
+
+@dataclass(frozen=True)
+class IntegratorContract:
+    """Tables of an integrator.
+
+    Parameters
+    ----------
+    convention : Convention
+        What it takes.
+    """
+
+    convention: Convention
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Columns of attitude and velocities."""
+        return tuple(name for names in _VECTORS.values() for name in names)
+
+    def table(self, arguments: Arguments, keywords: Mapping[str, Any]) -> Columns:
+        """Return one row for each row of input; the initial state stands in every row."""
+        first, second, third, attitude0, velocity0 = arguments
+        rows = len(first)
+        if self.convention.times:
+            sample, time, interval = np.arange(1, rows + 1), third[1:], np.diff(third)
+        else:
+            sample = np.arange(rows) + 1 - self._with_start
+            time, interval = sample * third, np.full(rows, third)
+        initial = np.tile(np.concatenate([attitude0, velocity0]), (rows, 1))
+        return {
+            "sample": sample,
+            "time": time,
+            "interval": interval,
+            **_vectors(self.convention.first[1], first),
+            **_vectors(self.convention.second[1], second),
+            **_vectors("attitude0", initial[:, :4], _QUATERNION),
+            **_vectors("velocity0", initial[:, 4:]),
+        }
+
+    @property
+    def numbered(self) -> bool:
+        """Whether every epoch counts: samples that never arrived have numbers too."""
+        return not self.convention.times
+
+    @property
+    def _with_start(self) -> int:
+        """Number of input rows that end no sample."""
+        return 1 - TABLES[self.convention.first[0]].first_sample
+
+    def epochs(self, arguments: Arguments) -> NDArray[Any]:
+        """Return the ends of the samples, and the start."""
+        first, _, third, *_ = arguments
+        times: NDArray[Any] = third if self.convention.times else np.arange(len(first) - self._with_start + 1) * third
+        return times
+
+    def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> dict[str, NDArray[Any]]:
+        """Return the vectors of which the table has a component."""
+        made = {}
+        for result, names in _VECTORS.items():
+            if any(name in columns for name in names):
+                _complete(path, columns, names)
+                check_finite(path, columns, names, rows)
+                made[result] = np.column_stack([columns[name] for name in names])
+        return made
+
+    def shortest(self, arguments: Arguments, rows: int) -> tuple[Arguments, float]:
+        """Return the arguments of one step."""
+        first, second, third, *initial = arguments
+        steps = max(rows - 1, 1)
+        samples = (len(first) - self._with_start) // steps
+        kept = samples + self._with_start
+        times = third[: samples + 1] if self.convention.times else third
+        return (first[:kept], second[:kept], times, *initial), 1 - 1 / steps
+
+
+@dataclass(frozen=True)
+class SolverContract:
+    """Tables of a solver of the error equations on the equator."""
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Columns of the six errors."""
+        return COMPONENTS
+
+    def table(self, arguments: Arguments, keywords: Mapping[str, Any]) -> Columns:
+        """Return one row for each time; everything else stands in every row."""
+        time, *rest = arguments
+        constants = dict(zip(("v_east", "height"), rest[:2], strict=True))
+        constants |= {f"{name}0": value for name, value in zip(COMPONENTS, rest[2], strict=True)}
+        if "misalignment" in keywords:
+            matrix = keywords["misalignment"]
+            constants |= {f"misalignment_{i + 1}{j + 1}": matrix[i, j] for i in range(3) for j in range(3)}
+            constants["inertial_longitude"] = keywords["inertial_longitude"]
+        return {"time": time, **{name: np.full(len(time), float(value)) for name, value in constants.items()}}
+
+    numbered = False
+
+    def epochs(self, arguments: Arguments) -> NDArray[Any]:
+        """Return the times."""
+        times: NDArray[Any] = arguments[0]
+        return times
+
+    def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> NDArray[Any]:
+        """Return the errors, all six of them."""
+        _complete(path, columns, COMPONENTS)
+        check_finite(path, columns, COMPONENTS, rows)
+        return np.column_stack([columns[name] for name in COMPONENTS])
+
+    def shortest(self, arguments: Arguments, rows: int) -> tuple[Arguments, float]:
+        """Return the arguments of one row."""
+        return (arguments[0][:1], *arguments[1:]), 1 - 1 / max(rows, 1)
+
+
+def contract_of(dataset: str, takes: str) -> Contract:
+    """Return the contract of a dataset, for integrators that take a convention.
+
+    Raises
+    ------
+    SubjectError
+        If there is no such convention.
+    """
+    if dataset != DUAL_PRECESSION:
+        return SolverContract()
+    try:
+        return IntegratorContract(known_convention(takes))
+    except ValueError as error:
+        raise SubjectError(str(error)) from None
