@@ -35,6 +35,10 @@ PROMISED_COLUMNS = {
     ("gyro_systems", "sensors"): "case time angular_rate_x specific_force_z angle_y velocity_x",
     ("gyro_systems", "truth"): "case time latitude longitude heading pitch roll speed q_w trihedron_w vertical_x",
     ("gyro_systems", "reference"): "case time paper_gyro_x paper_bisector_z rest_mirror_y",
+    ("mast_antenna", "sensors"): "case sample time start_angular_rate1_x end_specific_force2_z noise_angular_rate2_y",
+    ("mast_antenna", "satellites"): "case time satellite1_x satellite4_velocity_z range_rate1 range4",
+    ("mast_antenna", "measurements"): "case time range_rate1 range1 range_rate4 range4",
+    ("mast_antenna", "truth"): "case time mu_w lambda_x eta_y nu_z longitude latitude v_north mast_absolute_rate_x",
 }
 
 

@@ -42,12 +42,20 @@ _PAPERS = {
   note = {In Russian},
   year = {1991}
 }""",
+    "sokolov2024": """@article{sokolov2024,
+  author = {Sokolov, S. V. and Pogorelov, V. A. and Reshetnikova, I. V.},
+  title = {Nonlinear stochastic estimation of the navigation parameters of the antenna of a mobile radio engineering
+           complex by inertial-satellite measurements},
+  note = {In Russian},
+  year = {2024}
+}""",
 }
 _OF_DATASET = {
     "equator_errors": "loginov2013",
     "error_equations": "loginov2013",
     "dual_precession": "lebedev1989",
     "gyro_systems": "chelnokov1991",
+    "mast_antenna": "sokolov2024",
 }
 
 

@@ -13,6 +13,7 @@ from sinsdata.cases.base import CaseError, whole_intervals
 from sinsdata.cases.equator import EquatorCase
 from sinsdata.cases.error_equations import ErrorEquationCase
 from sinsdata.cases.gyroscopic import GyroCase
+from sinsdata.cases.mast import MastCase
 from sinsdata.cases.precession import DualPrecessionCase
 
 __all__ = [
@@ -23,16 +24,18 @@ __all__ = [
     "EquatorCase",
     "ErrorEquationCase",
     "GyroCase",
+    "MastCase",
     "whole_intervals",
 ]
 
 #: A case of any dataset.
-Case: TypeAlias = EquatorCase | DualPrecessionCase | ErrorEquationCase | GyroCase
+Case: TypeAlias = EquatorCase | DualPrecessionCase | ErrorEquationCase | GyroCase | MastCase
 
 #: The class of the cases of each dataset.
-CASE_CLASSES: Mapping[str, type[EquatorCase | DualPrecessionCase | ErrorEquationCase | GyroCase]] = {
+CASE_CLASSES: Mapping[str, type[EquatorCase | DualPrecessionCase | ErrorEquationCase | GyroCase | MastCase]] = {
     "equator_errors": EquatorCase,
     "dual_precession": DualPrecessionCase,
     "error_equations": ErrorEquationCase,
     "gyro_systems": GyroCase,
+    "mast_antenna": MastCase,
 }

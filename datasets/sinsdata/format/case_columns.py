@@ -17,6 +17,10 @@ _LISTS: dict[str, tuple[Any, ...]] = {
     "misalignment": tuple(tuple(f"misalignment_{i}{j}" for j in "123") for i in "123"),
     "initial_attitude": tuple(f"q_{c}_initial" for c in "wxyz"),
     "initial_velocity": tuple(f"w_inertial_{c}_initial" for c in "xyz"),
+    "angular_rate": tuple(f"angular_rate_{c}" for c in "xyz"),
+    "mast_rate": tuple(f"mast_rate_{c}" for c in "xy"),
+    **{f"{name}_rotation": tuple(f"{name}_rotation_{c}" for c in "xyz") for name in ("vehicle", "mast", "antenna")},
+    "satellites": tuple((f"node_{n}", f"argument_{n}") for n in "1234"),
 }
 
 

@@ -77,7 +77,7 @@ def compose(
         "generator": makers(),
         "specification": specification,
         "certification": {
-            "method": "ball arithmetic; x nearest binary64, x + x_lo within 1e-30 relative, both proved",
+            "method": about.method,
             "first_working_bits": _FIRST_BITS.get(dataset, formulas.WORKING_BITS),
             **asdict(tally),
         },

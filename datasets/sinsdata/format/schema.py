@@ -10,6 +10,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from sinsdata.format.columns import Column, DatasetSchema
+from sinsdata.format.mast_columns import MAST_ANTENNA
 from sinsdata.truth.formulas import TRANSITION_ELEMENTS
 from sinsref.earth import (
     ECCENTRICITY_SQUARED,
@@ -346,6 +347,7 @@ DATASETS: Mapping[str, DatasetSchema] = {
                 "reference": (_CASE, _TIME, *_GYRO_REFERENCE),
             },
         ),
+        MAST_ANTENNA,
     )
 }
 
@@ -377,7 +379,7 @@ def arrow_schema(dataset: str, table: str) -> pa.Schema:
         "title": about.title,
         "source": about.source,
         "doi": about.doi,
-        "digits": "32",
+        "digits": about.digits,
         "parameters": json.dumps(about.parameters),
         "license": "CC0-1.0",
         "generator": f"sinsbench {_generator()}",

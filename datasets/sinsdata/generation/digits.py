@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from decimal import Context, Decimal
+from typing import Any
 
 from sinsdata.format.schema import DATASETS
 from sinsdata.generation.specification import Specification
@@ -15,6 +16,7 @@ NAME = "digits.csv"
 DIGITS = 30
 #: Cases of which a row is written.
 _CASES = 24
+_ALONE = Context(prec=17)
 _HEADER = "table,case,row,column,unit,value"
 
 
@@ -24,6 +26,17 @@ def digits_text(specification: Specification) -> str:
     The value is the sum of x and x_lo, exact in decimal, then rounded to 30 digits.
     """
     return "\n".join([_HEADER, *_lines(specification)]) + "\n"
+
+
+def decimal_text(context: Context, row: Mapping[str, Any], name: str) -> str:
+    """Return a value of a row: x and x_lo together to 30 digits, x alone to the 17 that tell binary64 apart."""
+    high = row[name]
+    if high is None:
+        return ""
+    if f"{name}_lo" not in row:
+        return str(_ALONE.plus(Decimal(high)))
+    low = row[f"{name}_lo"]
+    return "" if low is None else str(context.add(Decimal(high), Decimal(low)))
 
 
 def spot_rows(specification: Specification) -> Iterator[tuple[int, Segment]]:
@@ -49,7 +62,6 @@ def _lines(specification: Specification) -> Iterator[str]:
         for table, batch in zip(group.tables, batches, strict=True):
             (row,) = batch.to_pylist()
             for column in DATASETS[specification.dataset].tables[table]:
-                if column.kind == "pair":
-                    high, low = row[column.name], row[f"{column.name}_lo"]
-                    value = "" if high is None else str(context.add(Decimal(high), Decimal(low)))
+                if column.kind in ("pair", "value"):
+                    value = decimal_text(context, row, column.name)
                     yield f"{table},{segment.case.name},{segment.first},{column.name},{column.unit},{value}"

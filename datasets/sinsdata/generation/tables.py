@@ -19,6 +19,7 @@ from sinsdata.format.case_columns import parameters
 from sinsdata.format.schema import DATASETS, arrow_schema
 from sinsdata.tiers import TIERS_WITH_STRATA, stratum_name
 from sinsdata.tiers.difficulty import difficulty
+from sinsdata.truth import mast_recomputed, mast_tables
 from sinsdata.truth.certified import Block, RowFormula, blocks
 from sinsdata.truth.conventions import NONUNIFORM_TRUTH, InputTable
 from sinsdata.truth.conventions import TABLES as INPUT_TABLES
@@ -258,6 +259,23 @@ def _gyro_group(
     return TableGroup((table,), lambda case: case.samples + 1, batches, exact_rows, 2**16, spot_limit)
 
 
+def _mast_group(table: str, rows: Callable[[Any], int] = mast_tables.own_epochs) -> TableGroup:
+    """Return what makes a table of values without rests."""
+    names = {"sensors": "sensor", "satellites": "satellite", "measurements": "measurement", "truth": "truth"}
+    blocks_of = getattr(mast_tables, f"{names[table]}_blocks")
+    with_sample = table == "sensors"
+
+    def batches(tier: str, segments: Sequence[Segment], tally: RoundingTally) -> Iterator[tuple[pa.RecordBatch, ...]]:
+        for segment in segments:
+            for block in blocks_of(segment.case, segment.first, segment.count, tally):
+                index = [block.index] if with_sample else []
+                front = [pa.repeat(segment.case.name, len(block.index)), *index, block.time, block.time_lo]
+                yield (record_batch("mast_antenna", table, [*front, *np.ascontiguousarray(block.high.T)]),)
+
+    # Each row from the one before: late rows cost all before them.
+    return TableGroup((table,), rows, batches, getattr(mast_recomputed, f"exact_{table}"), spot_limit=16)
+
+
 _INTEGRATED = ("motion", "truth", "nonlinear", "linearisation")
 
 #: Dataset -> its groups of tables, ``cases`` first.
@@ -294,6 +312,13 @@ GROUPS: Mapping[str, tuple[TableGroup, ...]] = {
         _gyro_group("truth", truth_blocks, exact_truth),
         # Each row from the one before: a case that is cut costs more, and its late rows cost all before them.
         _gyro_group("reference", reference_blocks, exact_reference, spot_limit=64),
+    ),
+    "mast_antenna": (
+        _cases_group("mast_antenna"),
+        _mast_group("sensors", mast_tables.own_samples),
+        _mast_group("satellites"),
+        _mast_group("measurements", lambda case: case.samples + 1),
+        _mast_group("truth"),
     ),
 }
 

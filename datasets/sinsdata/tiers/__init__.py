@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from sinsdata.cases import CASE_CLASSES, Case, CaseError, DualPrecessionCase, EquatorCase
+from sinsdata.cases.mast import MastCase, refused_run
 from sinsdata.tiers.error_equations import (
     ERROR_EQUATION_SHORT,
     ERROR_EQUATION_STRATA,
@@ -18,6 +19,7 @@ from sinsdata.tiers.error_equations import (
 )
 from sinsdata.tiers.grid import CaseFileError, GridCases
 from sinsdata.tiers.gyroscopic import GYRO_SHORT, gyro_paper_cases, gyro_standard_cases, gyro_strata
+from sinsdata.tiers.mast import MAST_SHORT, mast_paper_cases, mast_standard_cases, mast_strata
 from sinsdata.tiers.strata import STRATA, Stratum
 from sinsref.exact import ExactNumber
 
@@ -89,6 +91,8 @@ def strata_of(dataset: str) -> tuple[tuple[str, int, str], ...]:
         return tuple((name, counts[name], rule) for name, rule in ERROR_EQUATION_STRATA.items())
     if dataset == "gyro_systems":
         return gyro_strata()
+    if dataset == "mast_antenna":
+        return mast_strata()
     return tuple((stratum.name, stratum.count, stratum.rule) for stratum in STRATA[dataset])
 
 
@@ -131,6 +135,8 @@ def stratum_name(dataset: str, name: str) -> str | None:
         return {case.name: stratum for case, stratum in error_equation_standard_cases()}.get(name)
     if dataset == "gyro_systems":
         return {case.name: stratum for case, stratum in gyro_standard_cases()}.get(name)
+    if dataset == "mast_antenna":
+        return {case.name: stratum for case, stratum in mast_standard_cases()}.get(name)
     stratum = stratum_of(dataset, name)
     return None if stratum is None else stratum.name
 
@@ -220,6 +226,11 @@ _TIERS: Mapping[str, Mapping[str, _CasesOfTier]] = {
         "standard": cache(lambda: tuple(case for case, _ in gyro_standard_cases())),
         "short": cache(lambda: tuple(case for case, _ in gyro_standard_cases() if case.name in GYRO_SHORT)),
     },
+    "mast_antenna": {
+        "paper": mast_paper_cases,
+        "standard": cache(lambda: tuple(case for case, _ in mast_standard_cases())),
+        "short": cache(lambda: tuple(case for case, _ in mast_standard_cases() if case.name in MAST_SHORT)),
+    },
 }
 
 
@@ -285,4 +296,8 @@ def checked_cases(dataset: str, entries: Iterable[Any], where: str) -> tuple[Cas
         if case.name in cases:
             raise CaseFileError(f"{place}: the name occurs twice; every case needs its own")
         cases[case.name] = case
+    sharing = {name: case for name, case in cases.items() if isinstance(case, MastCase)}
+    for case in sharing.values():
+        if (reason := refused_run(case, sharing)) is not None:
+            raise CaseFileError(f"{where}: case {list(cases).index(case.name) + 1} ({case.name}): {reason}")
     return tuple(cases.values())

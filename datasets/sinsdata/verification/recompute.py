@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isnan
@@ -10,6 +11,7 @@ from typing import Any, Literal, TypeAlias
 import pyarrow as pa
 
 from sinsdata.cases import Case
+from sinsdata.format.columns import SHARE, Column
 from sinsdata.format.schema import DATASETS
 from sinsdata.generation.tables import TableGroup, groups_of
 from sinsref.arithmetic import Number
@@ -74,6 +76,11 @@ def pair_columns(dataset: str, table: str) -> list[str]:
     return [column.name for column in DATASETS[dataset].tables[table] if column.kind == "pair"]
 
 
+def computed_columns(dataset: str, table: str) -> list[Column]:
+    """Return the columns of a table whose values a second path computes again."""
+    return [column for column in DATASETS[dataset].tables[table] if column.kind in ("pair", "value")]
+
+
 def errors(
     dataset: str, group: TableGroup, case: Case, rows: Sequence[int], stored: Iterable[Sequence[dict[str, Any]]]
 ) -> Iterator[tuple[int, str, str, float]]:
@@ -94,18 +101,18 @@ def errors(
     for row, exact, of_tables in zip(rows, group.exact_rows(case, rows), stored, strict=True):
         place = 0
         for table, values in zip(group.tables, of_tables, strict=True):
-            names = pair_columns(dataset, table)
-            timed = names[0] == "time"
-            width = len(names) - timed
+            columns = computed_columns(dataset, table)
+            timed = columns[0].name == "time"
+            width = len(columns) - timed
             if exact is None:
-                wanted: Sequence[Number | None] = [None] * len(names)
+                wanted: Sequence[Number | None] = [None] * len(columns)
             else:
                 own = exact[timed + place : timed + place + width]
                 wanted = [exact[0], *own] if timed else own
             place += width
             if values:
-                for name, error in zip(names, _errors(values, names, wanted), strict=True):
-                    yield row, table, name, error
+                for column, error in zip(columns, _errors(values, columns, wanted), strict=True):
+                    yield row, table, column.name, error
 
 
 def largest_errors(
@@ -133,11 +140,23 @@ def largest_errors(
     return worst
 
 
-def _errors(stored: dict[str, Any], names: Sequence[str], exact: Sequence[Number | None]) -> Iterator[float]:
-    """Yield the relative error of each pair of a row; infinite where a number is missing or is none."""
+def _errors(stored: dict[str, Any], columns: Sequence[Column], exact: Sequence[Number | None]) -> Iterator[float]:
+    """Yield the relative error of each pair of a row; infinite where a number is missing or is none.
+
+    That of a value is given in units of its accuracy, times `PAIR_TOLERANCE`.
+    """
     # mpmath leaves 1e-75 or so of the largest value where the exact one is 0.
     smallest = max((abs(value) for value in exact if value is not None), default=0) * PAIR_TOLERANCE
-    for name, value in zip(names, exact, strict=True):
+    largest: dict[str, float] = defaultdict(float)
+    for column, value in zip(columns, exact, strict=True):
+        if column.kind == "value" and value is not None:
+            largest[column.unit] = max(largest[column.unit], float(abs(value)))
+    for column, value in zip(columns, exact, strict=True):
+        name = column.name
+        if column.kind == "value":
+            error = _excess(stored[name], value, column, largest[column.unit])
+            yield (inf if isnan(error) else error) * PAIR_TOLERANCE
+            continue
         pair = (stored[name], stored[f"{name}_lo"])
         if value is None or None in pair:
             yield 0.0 if value is None and pair == (None, None) else inf
@@ -146,6 +165,15 @@ def _errors(stored: dict[str, Any], names: Sequence[str], exact: Sequence[Number
             # In a row of zeros nothing but zero will do.
             error = float(difference / scale) if scale else inf if difference else 0.0
             yield inf if isnan(error) else error
+
+
+def _excess(stored: float | None, exact: Number | None, column: Column, largest: float) -> float:
+    """Return the error of a value in units of what its column allows."""
+    if stored is None or exact is None:
+        return inf
+    allowed = column.within * float(abs(exact)) if column.relative else max(column.within, SHARE * largest)
+    error = float(abs(exact - stored))
+    return error / allowed if allowed else inf if error else 0.0
 
 
 def python_row(batch: pa.RecordBatch, row: int) -> dict[str, Any]:

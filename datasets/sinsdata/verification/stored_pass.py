@@ -7,7 +7,7 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from decimal import Context, Decimal
+from decimal import Context
 from pathlib import Path
 from typing import TypeAlias
 
@@ -18,14 +18,22 @@ from numpy.typing import NDArray
 from sinsdata.cases import Case
 from sinsdata.format.content_hash import ContentHash
 from sinsdata.format.schema import arrow_schema
-from sinsdata.generation.digits import DIGITS
+from sinsdata.generation.digits import DIGITS, decimal_text
 from sinsdata.generation.specification import Specification
 from sinsdata.generation.tables import Segment, TableGroup
 from sinsdata.generation.workers import follow_parent
 from sinsdata.truth.irregular import PARTS, shifts
 from sinsdata.verification.double_double import DoubleDouble
 from sinsdata.verification.invariants import CASE_INVARIANTS, INVARIANTS
-from sinsdata.verification.recompute import Wanted, Worst, largest_errors, pair_columns, python_row, rows_to_recompute
+from sinsdata.verification.recompute import (
+    Wanted,
+    Worst,
+    computed_columns,
+    largest_errors,
+    pair_columns,
+    python_row,
+    rows_to_recompute,
+)
 from sinsdata.verification.residuals import Invariant, Residual, interval_of
 from sinsdata.verification.stored_rows import Places, Stretch, TableCursor, TableLayout, Window, stretches
 from sinsref.rounding import RoundingTally
@@ -63,7 +71,9 @@ class StoredTable:
         self.layout = TableLayout(name, group)
         self.spot_limit = group.spot_limit
         self.pairs = pair_columns(dataset, name)
-        self.halves = [half for name in self.pairs for half in (name, f"{name}_lo")]
+        values = [column.name for column in computed_columns(dataset, name) if column.kind == "value"]
+        self.values = values
+        self.halves = [*(half for name in self.pairs for half in (name, f"{name}_lo")), *values]
         self.digest = ContentHash(arrow_schema(dataset, name))
         self._cursor = TableCursor(paths)
         self._last: pa.RecordBatch | None = None
@@ -76,6 +86,10 @@ class StoredTable:
     def spans(self, parts: Sequence[Stretch]) -> list[tuple[int, int]]:
         """Return first row, and row after the last, of each stretch."""
         return [self.layout.span(part) if self.timed else (0, 1) for part in parts]
+
+    def held(self, parts: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
+        """Return the stretches of cases that have rows here."""
+        return tuple(part for part in parts if self.layout.rows(part.case)) if self.timed else parts
 
     def read(self, parts: Sequence[Stretch]) -> pa.RecordBatch:
         """Return the next rows: those of some stretches.
@@ -213,21 +227,27 @@ class StoredPass:
     def _look(self, parts: tuple[Stretch, ...], tables: Sequence[StoredTable], known: Sequence[Invariant]) -> None:
         batches: dict[str, pa.RecordBatch] = {}
         rows: dict[str, pa.RecordBatch] = {}
+        held = {table.name: own for table in tables if (own := table.held(parts))}
         for table in tables:
-            batches[table.name] = batch = table.read(parts)
-            self._order(table, batch, parts)
+            if table.name not in held:
+                continue
+            own = held[table.name]
+            batches[table.name] = batch = table.read(own)
+            self._order(table, batch, own)
             if table.name == "cases":
-                self._parameters(batch, parts)
+                self._parameters(batch, own)
             else:
-                self._pairs(table, batch, parts)
-                rows[table.name] = table.with_first_epoch(batch, parts) if table.timed else batch
-        window = Window(parts, rows)
+                self._pairs(table, batch, own)
+                rows[table.name] = table.with_first_epoch(batch, own) if table.timed else batch
+        windows: dict[tuple[Stretch, ...], Window] = {}
         for invariant in known:
             if set(invariant.tables) <= set(rows):
                 worst = self.findings[" and ".join(invariant.tables), invariant.name]
+                own = held[invariant.tables[0]]
+                window = windows.setdefault(own, Window(own, rows))
                 for residual in invariant.residuals(window):
-                    _take(worst, residual, parts)
-        self._values(parts, batches)
+                    _take(worst, residual, own)
+        self._values(held, batches)
 
     def _order(self, table: StoredTable, batch: pa.RecordBatch, parts: tuple[Stretch, ...]) -> None:
         right, time = table.order(batch, parts)
@@ -250,6 +270,8 @@ class StoredPass:
                     zero_copy_only=False
                 )
             bad |= ~sound
+        for name in table.values:
+            bad |= ~np.isfinite(batch[name].to_numpy(zero_copy_only=False))
         wrong = np.flatnonzero(bad)
         self.findings[table.name, "finite pairs, x_lo at most half a unit in the last place of x"].take(
             float(len(wrong)) * 2, self._where(table, parts, wrong), len(bad)
@@ -267,13 +289,13 @@ class StoredPass:
         place = f"{parts[0].case.name} ... {parts[-1].case.name}: {', '.join(differing)}"
         self.findings["cases", "numbers are those of the exact texts"].take(2.0 * len(differing), place, len(parts))
 
-    def _values(self, parts: tuple[Stretch, ...], batches: Mapping[str, pa.RecordBatch]) -> None:
+    def _values(self, held: Mapping[str, tuple[Stretch, ...]], batches: Mapping[str, pa.RecordBatch]) -> None:
         """Compute rows again and compare the lines of ``digits.csv``."""
         for group in self._groups:
             there = [name for name in group.tables if name in batches]
             if not there:
                 continue
-            offset = 0
+            offset, parts = 0, held[there[0]]
             for part, (first, end) in zip(parts, self.tables[there[0]].spans(parts), strict=True):
                 rows = rows_to_recompute(group, part.case, self._recompute, first, end)
                 places = pa.array([offset + row - first for row in rows], pa.int64())
@@ -310,12 +332,7 @@ class StoredPass:
             if first <= row < end:
                 stored = python_row(batch, offset + row - first)
                 for column, text in lines:
-                    high, low = stored[column], stored[f"{column}_lo"]
-                    same = (
-                        text == ""
-                        if high is None or low is None
-                        else text == str(self._context.add(Decimal(high), Decimal(low)))
-                    )
+                    same = text == decimal_text(self._context, stored, column)
                     self.spots[table].take(0.0 if same else 2.0, f"{case.name}, row {row}, {column}")
 
     def _where(self, table: StoredTable, parts: Sequence[Stretch], wrong: NDArray[np.int64]) -> str:

@@ -93,7 +93,9 @@ class TableLayout:
         return self.rows(case) > case.samples
 
     def until(self, case: Case, epoch: int) -> int:
-        """Return how many rows of a case belong to the epochs 0 ... `epoch`."""
+        """Return how many rows of a case belong to the epochs 0 ... `epoch`: none where it has no rows here."""
+        if not self.rows(case):
+            return 0
         if self.name == "dropped":
             return _arrived_until(case.samples, epoch)
         return epoch + self.per_epoch(case)
@@ -203,9 +205,11 @@ class Window:
         return np.flatnonzero(self.epochs.epoch == 0)
 
     def column(self, table: str, name: str) -> DoubleDouble:
-        """Return a pair column."""
+        """Return a column: a pair, or a value without a rest."""
         batch = self.tables[table]
-        return DoubleDouble(_floats(batch[name]), _floats(batch[f"{name}_lo"]))
+        high = _floats(batch[name])
+        rest = f"{name}_lo"
+        return DoubleDouble(high, _floats(batch[rest]) if rest in batch.schema.names else np.zeros_like(high))
 
     def vector(self, table: str, stem: str, components: str = "xyz") -> list[DoubleDouble]:
         """Return the columns ``<stem>_<component>``."""

@@ -217,7 +217,7 @@ def _results(folder: Path, manifest: Mapping[str, Any], looked: StoredPass, reco
         limit = looked.tables[table_name].spot_limit
         among = f", of the first {limit} rows of each case" if recompute == "few" and limit < ANY_ROW else ""
         what = f"{worst.count} values computed again by mpmath{among}"
-        detail = f"relative difference {worst.size * 1e-30:.1e} at {worst.where}"
+        detail = f"{worst.size:.1e} times the accuracy that is stated, at {worst.where}"
         yield Check(f"{folder}: {table_name}", what, worst.size <= 1, detail)
     for table_name, worst in looked.spots.items():
         what = f"{worst.count} of its values are those of {digits.NAME}"
