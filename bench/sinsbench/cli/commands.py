@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sinsbench.cli import mutants, peers, publishing, scoring
+from sinsbench.cli import mutants, peers, publishing, report, scoring
 from sinsbench.cli.errors import UsageError
 from sinsbench.cli.options import JsonFile
+from sinsbench.dashboard.command import benchmarks
 
 if TYPE_CHECKING:
     from sinsdata.verification.recompute import Wanted
@@ -167,6 +168,8 @@ app.command()(publishing.export)
 
 app.command()(scoring.score)
 app.command()(mutants.mutants)
+app.command()(report.report)
+app.command()(benchmarks)
 app.add_typer(peers.app, name="peers")
 
 
@@ -212,7 +215,7 @@ def reproduce(
         "sinsbench-results"
     ),
 ) -> None:
-    """Generate, verify, score and judge the papers' own cases, and sum up what holds."""
+    """Generate, verify, score and judge the papers' own cases, and sum up what holds, on a page too."""
     from sinsbench.cli.output import Output
     from sinsbench.reproduction.run import reproduce as reproduce_all
     from sinsbench.reproduction.summary import show

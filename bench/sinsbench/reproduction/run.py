@@ -11,6 +11,8 @@ from typing import Any
 from sinsbench.claims.model import PAPERS
 from sinsbench.cli.claims import changed_verdicts, claim_rows, story_tables
 from sinsbench.cli.output import Progress
+from sinsbench.report.results import read_results
+from sinsbench.report.write import write_report
 from sinsbench.reproduction.files import write_results
 from sinsbench.reproduction.parallel import Part, run_parts
 from sinsbench.scoring.score import score
@@ -72,7 +74,7 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     Parameters
     ----------
     out : Path
-        The folder: ``data/`` with the datasets, ``summary.md`` and the JSON files.
+        The folder: ``data/`` with the datasets, ``summary.md``, the JSON files and the page ``report.html``.
     progress : callable
         ``progress(done, total, what)``.
 
@@ -108,7 +110,8 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     failures += changed_verdicts(claims)
     stories = [story for _, told in judged for story in told]
     result = Reproduction(out, datasets, scores, tuple(cases), claims, stories, _environment(), failures)
-    write_results(result)
+    progress(98, 100, "making the page")
+    write_report(read_results(write_results(result)), out)
     progress(100, 100, "done")
     return result
 

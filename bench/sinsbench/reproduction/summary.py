@@ -11,6 +11,7 @@ from sinsbench.claims.model import VERDICTS
 from sinsbench.cli.claims import claim_table, verdict_counts
 from sinsbench.cli.output import Output, certified, markdown_table
 from sinsbench.cli.scores import native, score_tables
+from sinsbench.report.write import PAGE
 
 if TYPE_CHECKING:
     from sinsbench.reproduction.run import Reproduction
@@ -148,6 +149,7 @@ def show(result: Reproduction, output: Output) -> None:
     for failure in result.failures:
         output.line(f"does not hold: {failure}")
     output.line(f"Everything is in {result.folder}: summary.md, scores.json, claims.json, stories.json, data/.")
+    output.line(f"The page is {result.folder / PAGE}.")
 
 
 def markdown(result: Reproduction) -> str:
