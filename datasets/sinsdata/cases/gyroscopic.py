@@ -249,7 +249,7 @@ def _first_refused(motion: Motion, duration: ExactNumber) -> tuple[str, str, flo
 
         def square(time: Number) -> Number:
             east, north, _ = kinematics.place(time).velocity
-            return east**2 + north**2
+            return east * east + north * north
 
         moving = "latitude" if motion.kind == "track" else "speed"
         heights = f"must stay between {_LOWEST:g} and {_HIGHEST:g} m"
