@@ -172,7 +172,9 @@ app.add_typer(peers.app, name="peers")
 
 @app.command()
 def claims(
-    papers: Annotated[list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989, chelnokov1991.")] = None,
+    papers: Annotated[
+        list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989, chelnokov1991.")
+    ] = None,
     verdict: Annotated[str | None, typer.Option(help="Only claims with this verdict.")] = None,
     stories: Annotated[bool, typer.Option(help="Tell also what lies behind the cells that differ.")] = True,
     json: JsonFile = None,

@@ -128,8 +128,8 @@ def headline(result: Reproduction) -> str:
     total = len(result.claims)
     numbers = {verdict: sum(row["verdict"] == verdict for row in result.claims) for verdict in VERDICTS}
     return (
-        f"{total} printed numbers and statements: {numbers['reproduced']} reproduced, {numbers['misprint']} misprints explained, "
-        f"{numbers['not reproduced']} not reproduced."
+        f"{total} printed numbers and statements: {numbers['reproduced']} reproduced, "
+        f"{numbers['misprint']} misprints explained, {numbers['not reproduced']} not reproduced."
     )
 
 
