@@ -197,20 +197,41 @@ _VALUES: dict[str, Callable[[Any], Any]] = {
 }
 
 
-@pytest.mark.parametrize("value", list(_VALUES.values()), ids=list(_VALUES))
+def _value_of(folder: Path, table: str) -> str:
+    """Return the name of a column of values: of the first with a rest in `cases`, else of the last."""
+    names = pq.read_schema(folder / f"{table}.parquet").names
+    if table == "cases":
+        return next(name for name in names if f"{name}_lo" in names or f"{name}_exact" in names)
+    return next(name for name in reversed(names) if f"{name}_lo" in names)
+
+
 @pytest.mark.parametrize("row", [0, -1])
-def test_a_changed_value_is_found_in_every_table(folder: Path, row: int, value: Callable[[Any], Any]) -> None:
+def test_a_changed_value_is_found_in_the_table_that_holds_it(folder: Path, row: int) -> None:
     backup = {path: path.read_bytes() for path in folder.iterdir()}
     for table in read_manifest(folder)["tables"]:
-        names = pq.read_schema(folder / f"{table}.parquet").names
-        name = next(name for name in names if f"{name}_lo" in names or f"{name}_exact" in names)
-        name = next(n for n in reversed(names) if f"{n}_lo" in names) if table != "cases" else name
-        _forge(folder, table, _with_value(row, name, value))
+        _forge(folder, table, _with_value(row, _value_of(folder, table), _VALUES["last bit"]))
         caught = _failures(folder)
-        assert caught, (table, name)
+        assert caught, table
         assert all(table in check.where and "hash" not in check.what for check in caught), caught
         for path, content in backup.items():
             path.write_bytes(content)
+
+
+@pytest.mark.parametrize("value", list(_VALUES.values())[1:], ids=list(_VALUES)[1:])
+def test_values_changed_in_every_table_are_found_in_each(folder: Path, value: Callable[[Any], Any]) -> None:
+    tables = [table for table in read_manifest(folder)["tables"] if table != "cases"]
+    for place, table in enumerate(tables):
+        _forge(folder, table, _with_value(-(place % 2), _value_of(folder, table), value))
+    caught = _failures(folder)
+    assert all("hash" not in check.what for check in caught), caught
+    assert {table for table in tables if any(table in check.where for check in caught)} == set(tables)
+
+
+@pytest.mark.parametrize("value", list(_VALUES.values())[1:], ids=list(_VALUES)[1:])
+def test_a_changed_case_value_is_found(folder: Path, value: Callable[[Any], Any]) -> None:
+    _forge(folder, "cases", _with_value(-1, _value_of(folder, "cases"), value))
+    caught = _failures(folder)
+    assert any("cases" in check.where and "hash" not in check.what for check in caught), caught
 
 
 @pytest.mark.parametrize("recompute", [0, 1])

@@ -175,12 +175,14 @@ app.add_typer(peers.app, name="peers")
 
 @app.command()
 def claims(
-    papers: Annotated[list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989.")] = None,
+    papers: Annotated[
+        list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989, chelnokov1991.")
+    ] = None,
     verdict: Annotated[str | None, typer.Option(help="Only claims with this verdict.")] = None,
     stories: Annotated[bool, typer.Option(help="Tell also what lies behind the cells that differ.")] = True,
     json: JsonFile = None,
 ) -> None:
-    """Recompute every number that the papers print, each with a verdict."""
+    """Recompute every number and statement that the papers print, each with a verdict."""
     from sinsbench.cli.claims import (
         changed_verdicts,
         check_verdict,
@@ -198,7 +200,7 @@ def claims(
         rows = claim_rows(papers or None, progress)
         told = story_tables(papers or None, progress) if stories else []
     output.json(json, [row for row in rows if verdict in (None, row["verdict"])])
-    output.table(claim_table(rows, verdict), title="numbers printed in the papers")
+    output.table(claim_table(rows, verdict), title="what the papers print")
     output.table(verdict_counts(rows), title="verdicts of all of them")
     for title, table, sentence in told:
         output.table(table, title=title)

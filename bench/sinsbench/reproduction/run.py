@@ -93,14 +93,15 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
         datasets.append(_dataset_row(made, checks))
         # What is scored are the cases of the files just written.
         cases += load_cases(made.folder)[1]
+    # The longest first.
     parts = [
-        *(Part(f"scoring on {group[0].name}", score, (_subjects(group), group)) for group in _groups(cases)),
         *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS),
+        *(Part(f"scoring on {group[0].name}", score, (_subjects(group), group)) for group in _groups(cases)),
     ]
     results = run_parts(parts, lambda done, total, what: progress(10 + round(88 * done / total), 100, what))
-    judged = results[-len(PAPERS) :]
+    judged, scored = results[: len(PAPERS)], results[len(PAPERS) :]
     places = {case.name: place for place, case in enumerate(cases)}
-    scores = sorted((row for rows in results[: -len(PAPERS)] for row in rows), key=lambda row: places[row["case"]])
+    scores = sorted((row for rows in scored for row in rows), key=lambda row: places[row["case"]])
     claims = [row for rows, _ in judged for row in rows]
     failures += [
         f"{row['subject']} on {row['case']}: {row['status']}: {row['message']}"
