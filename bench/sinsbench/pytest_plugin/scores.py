@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,8 +13,8 @@ from sinsbench.scoring.gyroscopic import LADDER as GYRO_LADDER
 from sinsbench.scoring.gyroscopic import ladder as gyroscopic_ladder
 from sinsbench.scoring.gyroscopic import score_gyroscopic
 from sinsbench.scoring.ladders import LADDER
-from sinsbench.scoring.requirements import Requirement, RequirementError, parse_requirement, violations
-from sinsbench.scoring.rows import FIELDS, SCORE_FIELDS
+from sinsbench.scoring.requirements import RequirementError, parse_requirement, violations
+from sinsbench.scoring.rows import FIELDS
 from sinsbench.scoring.score import score
 from sinsbench.subjects.loading import LoadedSubject
 from sinsbench.subjects.registry import Subject
@@ -88,19 +86,12 @@ class Scores(Mapping[str, Any]):
         """
         __tracebackhide__ = True  # the test that asked is the place to look at
         try:
-            requirements = [self._requirement(text) for text in conditions]
+            requirements = [parse_requirement(text) for text in conditions]
         except RequirementError as error:
             raise ValueError(str(error).removeprefix("--require ")) from None
         if missed := violations(requirements, [self._row]):
             raise ScoreFailureError(self._told([line.removeprefix("does not hold: ") for line in missed]))
         return self
-
-    def _requirement(self, text: str) -> Requirement:
-        field = re.split(r"[<>=]", text, maxsplit=1)[0].strip()
-        if field in SCORE_FIELDS or field not in self._row:
-            return parse_requirement(text)
-        # A field of the gyroscopic systems: read as one of a number, which it is.
-        return replace(parse_requirement(text.replace(field, "interval", 1)), text=text, field=field)
 
     def _told(self, lines: Sequence[str]) -> str:
         units = {field.name: field.unit for field in (*GYRO_FIELDS, *FIELDS)}
