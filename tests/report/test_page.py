@@ -158,7 +158,7 @@ def test_the_first_screen_tells_what_holds(made) -> None:
         "Datasets on disk": "bad",  # a check fails
         "Scores on dual_precession": "good",
         "Scores on equator_errors": "good",
-        "Numbers printed in the papers": "bad",  # these verdicts are not on record
+        "What the papers print": "bad",  # these verdicts are not on record
         "Defects planted in the methods": "bad",  # one survives
         "Stored timings": "bad",  # half as long again
     }

@@ -74,7 +74,7 @@ def _of_claims(results: Results) -> Iterator[Check]:
             f"{counts['not reproduced']} not reproduced"
         )
         words = ("verdicts as on record", f"{len(changed)} verdicts not as on record")
-        yield Check("Numbers printed in the papers", found, not changed, "claims", words)
+        yield Check("What the papers print", found, not changed, "claims", words)
 
 
 def _of_mutants(results: Results) -> Iterator[Check]:

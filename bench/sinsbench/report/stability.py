@@ -136,7 +136,7 @@ def stability_charts(data: str, places: Sequence[Row], limits: Sequence[Row]) ->
                     f"{mode.field}:Q",
                     title=mode.title,
                     scale=alt.Scale(type="log", scheme=mode.scheme),
-                    legend=alt.Legend(orient="bottom", gradientLength=240, titleLimit=240),
+                    legend=alt.Legend(orient="bottom", gradientLength=240, titleLimit=400),
                 ),
                 tooltip=[
                     alt.Tooltip("speed:Q", title="speed, m/s"),
