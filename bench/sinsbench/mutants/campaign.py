@@ -21,7 +21,7 @@ def _family(name: str) -> tuple[str, str]:
     module = BUILT_IN[name].target.partition(":")[0]
     if module.endswith(".fitted_integrators"):
         return module, name.rstrip("0123456789").partition("6")[0]
-    return module, "compensated" if name.endswith("_compensated") else ""
+    return module, ""
 
 
 def _planted(names: tuple[str, ...], dataset: str, kinds: tuple[str, ...]) -> list[Planting]:
