@@ -115,9 +115,6 @@ def test_a_dataset_with_some_tables_verifies(mapping: Any, tmp_path: Path) -> No
     assert _failures(made.folder) == []
 
 
-# Bytes.
-
-
 @settings(
     derandomize=True,
     deadline=None,
@@ -200,8 +197,8 @@ _VALUES: dict[str, Callable[[Any], Any]] = {
 def _value_of(folder: Path, table: str) -> str:
     """Return the name of a column of values: of the first given as text in `cases`, else of the last."""
     names = pq.read_schema(folder / f"{table}.parquet").names
-    ending = "_exact" if table == "cases" else "_lo"
-    return next(name for name in (names if table == "cases" else reversed(names)) if f"{name}{ending}" in names)
+    found = [name for name in names if name + ("_exact" if table == "cases" else "_lo") in names]
+    return found[0 if table == "cases" else -1]
 
 
 @pytest.mark.parametrize("row", [0, -1])
@@ -220,8 +217,8 @@ def test_a_changed_value_is_found_in_the_table_that_holds_it(folder: Path, row: 
 @pytest.mark.parametrize("value", list(_VALUES)[1:])
 def test_values_changed_in_many_tables_are_found_in_each(folder: Path, value: str, tables: str) -> None:
     changed = [table for table in read_manifest(folder)["tables"] if (table == "cases") == (tables == "cases")]
-    for place, table in enumerate(changed):
-        _forge(folder, table, _with_value(-(place % 2), _value_of(folder, table), _VALUES[value]))
+    for n, table in enumerate(changed):
+        _forge(folder, table, _with_value(-(n % 2), _value_of(folder, table), _VALUES[value]))
     caught = [check.where for check in _failures(folder) if "hash" not in check.what]
     assert [table for table in changed if not any(table in where for where in caught)] == []
 

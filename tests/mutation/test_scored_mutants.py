@@ -12,6 +12,7 @@ import typer
 
 from sinsbench.cli.mutants import mutants as command
 from sinsbench.mutants import campaign, runner
+from sinsbench.mutants.campaign import SUBJECTS
 from sinsbench.mutants.equivalents import EQUIVALENTS, reason_of
 from sinsbench.mutants.interpretation import copied
 from sinsbench.mutants.judging import Judge
@@ -74,8 +75,8 @@ def table_lines(page):
 
 def test_the_page_has_all_subjects_and_no_survivors():
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table_lines(PAGE)]
-    rows = rows[2 : len(BUILT_IN) + 3]
-    assert [row[0] for row in rows] == [*BUILT_IN, "all"]
+    rows = rows[2 : len(SUBJECTS) + 3]
+    assert [row[0] for row in rows] == [*SUBJECTS, "all"]
     numbers = [[int(cell.replace(",", "")) for cell in row[1:]] for row in rows]
     assert numbers[-1] == [sum(column) for column in zip(*numbers[:-1], strict=True)]
     for planted_in, told, equivalent, unexplained, survivors, elsewhere in numbers:

@@ -32,14 +32,13 @@ def mutants(
     from dataclasses import asdict
 
     from sinsbench.cli.output import Output
-    from sinsbench.mutants.campaign import campaign
+    from sinsbench.mutants.campaign import DATASETS, campaign
     from sinsbench.mutants.runner import KINDS
     from sinsbench.mutants.tables import TITLES, counts, grouped
     from sinsbench.subjects.registry import BUILT_IN
 
-    datasets = list(dict.fromkeys(str(subject.dataset) for subject in BUILT_IN.values()))
-    if on not in datasets:
-        raise UsageError(f"--on {on}: admissible: {', '.join(datasets)}")
+    if on not in DATASETS:
+        raise UsageError(f"--on {on}: admissible: {', '.join(DATASETS)}")
     for one in kind or ():
         if one not in KINDS:
             raise UsageError(f"--kind {one}: admissible: {', '.join(KINDS)}")
