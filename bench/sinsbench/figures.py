@@ -1,9 +1,8 @@
-"""Figures of scores: error against sampling interval, with the orders as slopes. Needs the extra ``figures``."""
+"""Figures of scores: error against sampling interval, with the orders as slopes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,7 @@ def check_figure(path: Path | None, datasets: Sequence[str]) -> None:
     Raises
     ------
     FigureError
-        For a suffix that is not of `SUFFIXES`, where no integrator is scored, or where the extra ``figures`` is not
-        installed.
+        For a suffix that is not of `SUFFIXES`, or where no integrator is scored.
     """
     if path is None:
         return
@@ -30,8 +28,6 @@ def check_figure(path: Path | None, datasets: Sequence[str]) -> None:
         raise FigureError(f"{path}: a figure ends in {' or '.join(SUFFIXES)}")
     if "dual_precession" not in datasets:
         raise FigureError(f"{path}: the figure shows integrators on dual_precession")
-    if not (find_spec("altair") and find_spec("vl_convert")):
-        raise FigureError(f"{path}: figures need the extra: python -m pip install altair vl-convert-python")
 
 
 def ladder_figure(rows: Sequence[Mapping[str, Any]], path: Path) -> None:

@@ -3,26 +3,14 @@
 import numpy as np
 import pytest
 
-from sinsbench.subjects import equator_formulas, equator_numerical, equator_robust, ode45
+from sinsbench.subjects.loading import resolve
+from sinsbench.subjects.registry import EQUATOR_ERRORS, subjects_of
 
 MOTION = (600.0, 10000.0)
 INITIAL = (0.01, 0.01, 0.01, 1.0, 1.57e-7, 1.57e-7)
 MISALIGNMENT = 1e-5 * np.arange(9.0).reshape(3, 3)
-SUBJECTS = {
-    subject.__name__: subject
-    for subject in (
-        equator_formulas.printed,
-        equator_formulas.corrected,
-        equator_formulas.general_solution,
-        equator_formulas.amplitude_phase,
-        equator_robust.robust,
-        equator_numerical.expm,
-        equator_numerical.dop853,
-        ode45.ode45_1e6,
-        ode45.ode45_tightest,
-    )
-}
-CLOSED_FORMS = ("corrected", "general_solution", "robust")
+SUBJECTS = tuple(subject.name for subject in subjects_of(EQUATOR_ERRORS))
+CLOSED_FORMS = ("equator_corrected", "equator_general_solution", "equator_robust")
 
 
 def measure(benchmark, subject, time, *misalignment):
@@ -36,16 +24,16 @@ def measure(benchmark, subject, time, *misalignment):
 @pytest.mark.benchmark(group="equator: 121 rows")
 @pytest.mark.parametrize("name", SUBJECTS)
 def test_two_hours(benchmark, name):
-    measure(benchmark, SUBJECTS[name], np.linspace(0.0, 7200.0, 121))
+    measure(benchmark, resolve(name).function, np.linspace(0.0, 7200.0, 121))
 
 
 @pytest.mark.benchmark(group="equator: 100,000 rows")
 @pytest.mark.parametrize("name", CLOSED_FORMS)
 def test_long_table(benchmark, name):
-    measure(benchmark, SUBJECTS[name], np.linspace(600.0, 7200.0, 100_000))
+    measure(benchmark, resolve(name).function, np.linspace(600.0, 7200.0, 100_000))
 
 
 @pytest.mark.benchmark(group="equator: 121 rows under misalignment")
-@pytest.mark.parametrize("name", ["corrected", "robust", "expm"])
+@pytest.mark.parametrize("name", ["equator_corrected", "equator_robust", "expm"])
 def test_two_hours_under_misalignment(benchmark, name):
-    measure(benchmark, SUBJECTS[name], np.linspace(0.0, 7200.0, 121), MISALIGNMENT)
+    measure(benchmark, resolve(name).function, np.linspace(0.0, 7200.0, 121), MISALIGNMENT)

@@ -1,12 +1,10 @@
-"""Keep the stored benchmark results small, and free of the name of the machine that made them."""
+"""What the stored results hold besides times: see `sinsbench.dashboard.recording`."""
 
-from typing import Any
+from sinsbench.dashboard.recording import (
+    calibration,
+    pytest_benchmark_update_json,
+    pytest_benchmark_update_machine_info,
+    timed_beside,
+)
 
-
-def pytest_benchmark_update_machine_info(machine_info: dict[str, Any]) -> None:
-    machine_info.pop("node", None)
-
-
-def pytest_benchmark_update_json(output_json: dict[str, Any]) -> None:
-    for benchmark in output_json["benchmarks"]:
-        benchmark["stats"].pop("data", None)
+__all__ = ["calibration", "pytest_benchmark_update_json", "pytest_benchmark_update_machine_info", "timed_beside"]

@@ -120,6 +120,62 @@ def compass_rates(
     return [*(x / 2 for x in turning), along - climb * speed / radius]
 
 
+def frame_rates(
+    ar: Arithmetic, trihedron: Sequence[Number], angle: Number, radius: Number, limit: Number, force: Vector
+) -> list[Number]:
+    """Return the rates of a two-rotor gyroframe (2.12)-(2.14): of its quaternion, 1/s, and of E, rad/s.
+
+    The moment of its spring is that of the unperturbed frame, ``N = -(4 B^2/(m l R)) sin(E) cos(E)``.
+
+    Parameters
+    ----------
+    ar : Arithmetic
+    trihedron : sequence of 4 Number
+        e, from its axes to X.
+    angle : Number
+        E, from the axis of the frame to that of a rotor, rad.
+    radius : Number
+        R, m.
+    limit : Number
+        2B/(ml), the speed that the frame cannot reach, m/s.
+    force : sequence of 3 Number
+        Specific force, m/s^2.
+    """
+    along, left, _ = rotate(conjugate(trihedron), force)
+    sine, cosine = ar.sin_cos(angle)
+    moment, zero = -(limit * limit / radius) * sine * cosine, sine * 0
+    turning = product(trihedron, [zero, zero, -moment / (limit * sine), left / (limit * cosine)])
+    return [*(x / 2 for x in turning), -along / (limit * sine)]
+
+
+def two_component_rates(
+    trihedron: Sequence[Number], velocity: Sequence[Number], radius: Number, force: Vector
+) -> list[Number]:
+    """Return the rates of the two-component inertial system in the azimuth-free trihedron, for comparison.
+
+    Parameters
+    ----------
+    trihedron : sequence of 4 Number
+        nu, from its axes to X.
+    velocity : sequence of 2 Number
+        Components along the first two axes, m/s.
+    radius : Number
+        R, m.
+    force : sequence of 3 Number
+        Specific force, m/s^2.
+
+    Returns
+    -------
+    list of 6 Number
+        Of the quaternion, 1/s, and of the velocity, m/s^2.
+    """
+    first, second = velocity
+    along, left, _ = rotate(conjugate(trihedron), force)
+    zero = first * 0
+    turning = product(trihedron, [zero, -second / radius, first / radius, zero])
+    return [*(x / 2 for x in turning), along, left]
+
+
 def full_acceleration(
     radius: Number, quaternion: Sequence[Number], rate: Sequence[Number], force: Vector
 ) -> list[Number]:

@@ -1,10 +1,12 @@
 """The files of claims: what they hold, and how a mistake in one is reported."""
 
+from fractions import Fraction
+
 import pytest
 
 from sinsbench.claims import PAPERS, ClaimFileError, load_claims
 from sinsbench.claims.model import parse_claims, recipes
-from sinsbench.claims.slips import SLIPS
+from sinsbench.claims.slips import SLIPS, TEXT_SLIPS
 
 GOOD = """
 [[claim]]
@@ -55,6 +57,11 @@ def test_a_good_file() -> None:
         (_edited(SLIP, '{ kind = "copied from another cell", of = "x" }'), "refers to no other claim: 'x'"),
         (_edited(SLIP, '{ kind = "copied from another cell", of = "speed" }'), "refers to no other claim"),
         (GOOD + GOOD, r"claim 2 \(speed\): the id occurs twice"),
+        (GOOD + 'beside = [{ name = "largest_sped" }]', r"\(speed\): beside: unknown name 'largest_sped'"),
+        (GOOD + 'within = "1e-6"', r"\(speed\): within goes with a printed equality"),
+        (_edited('"7440"', '"< 1"') + 'within = "1e-6"', r"\(speed\): within goes with a printed equality"),
+        (_edited('"7440"', '"= 0"') + 'within = "small"', r"\(speed\): within = 'small': a decimal number"),
+        (_edited('"7440"', '"= 0"') + 'within = "-1"', r"\(speed\): within = '-1': a decimal number"),
     ],
 )
 def test_a_mistake_is_named_with_file_and_claim(text: str, message: str) -> None:
@@ -62,6 +69,12 @@ def test_a_mistake_is_named_with_file_and_claim(text: str, message: str) -> None
         parse_claims(text, "loginov2013", "mine.toml")
     assert str(caught.value).startswith("mine.toml")
     assert "\n" not in str(caught.value)
+
+
+def test_an_equality_has_a_margin() -> None:
+    text = _edited('"7440"', '"= 0"') + 'within = "1e-6"\nbeside = [{ name = "largest_speed", height = "1" }]'
+    (claim,) = parse_claims(text, "loginov2013", "mine.toml")
+    assert (claim.within, [call.arguments for call in claim.beside]) == (Fraction(1, 10**6), [{"height": "1"}])
 
 
 def test_an_unknown_paper() -> None:
@@ -72,12 +85,15 @@ def test_an_unknown_paper() -> None:
 @pytest.mark.parametrize("paper", PAPERS)
 def test_every_recipe_and_every_kind_of_slip_is_used(paper: str) -> None:
     claims = load_claims(paper)
-    used = {claim.recompute.name for claim in claims} | {call.name for claim in claims for call in claim.tried}
+    told = {call.name for claim in claims for call in (*claim.tried, *claim.beside)}
+    used = {claim.recompute.name for claim in claims} | told
     assert used == set(recipes(paper))
 
 
 def test_every_slip_is_used() -> None:
-    assert {slip.name for paper in PAPERS for claim in load_claims(paper) for slip in claim.slips} == set(SLIPS)
+    assert {slip.name for paper in PAPERS for claim in load_claims(paper) for slip in claim.slips} == set(SLIPS) | set(
+        TEXT_SLIPS
+    )
 
 
 def test_all_tables_are_complete() -> None:

@@ -11,9 +11,11 @@ from mpmath import MPContext
 from sinsbench.claims.quantities import (
     Enclosure,
     Quantity,
+    Relation,
     hull,
     interval_rounding_to,
     printed_number,
+    printed_relation,
     round_significant,
     rounds_to,
     written_like,
@@ -72,6 +74,56 @@ def test_a_number_is_no_word() -> None:
 def test_an_interval_rounds_only_if_both_ends_do() -> None:
     assert rounds_to(Enclosure(Fraction("0.445"), Fraction("0.454")), "0.45")
     assert not rounds_to(Enclosure(Fraction("0.444"), Fraction("0.454")), "0.45")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("= 0", Relation("=", Fraction(0))),
+        ("< 1", Relation("<", Fraction(1))),
+        ("> -2.5e-3", Relation(">", Fraction(-25, 10000))),
+        ("0", None),
+        ("=0", None),
+        ("= pi", None),
+        ("<= 1", None),
+        ("l = -l", None),
+    ],
+)
+def test_printed_relations(text: str, expected: Relation | None) -> None:
+    assert printed_relation(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "printed", "within", "expected"),
+    [
+        ("0", "0", "= 0", "0", True),
+        ("0", "1e-40", "= 0", "0", False),
+        ("0", "1e-40", "= 0", "1e-30", True),
+        ("-1e-31", "1e-30", "= 0", "1e-30", True),
+        ("-2e-30", "1e-40", "= 0", "1e-30", False),
+        ("0", "1e-40", "= 2", "1e-30", False),
+        ("0.9", "1.1", "= 1", "0.1", True),
+        ("0.8", "0.99", "< 1", "0", True),
+        ("0.8", "1", "< 1", "0", False),  # one of the numbers is not smaller
+        ("0.8", "1.2", "< 1", "1", False),  # only equalities are eased
+        ("0", "1", "> 0", "0", False),
+        ("1e-9", "1", "> 0", "0", True),
+    ],
+)
+def test_relations(lower: str, upper: str, printed: str, within: str, expected: bool) -> None:
+    assert rounds_to(Enclosure(Fraction(lower), Fraction(upper)), printed, Fraction(within)) is expected
+
+
+def test_a_word_has_no_relation() -> None:
+    assert not rounds_to("pi/2", "= 0", Fraction(1))
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "expected"),
+    [("2", "2", "2"), ("0.5", "2061.8430869", "0.5 to 2061.84"), ("0", "7.44e-7", "below 7.4e-07")],
+)
+def test_intervals_are_written_by_their_ends(lower: str, upper: str, expected: str) -> None:
+    assert written_like(Enclosure(Fraction(lower), Fraction(upper)), "= 0") == expected
 
 
 @given(nonzero, st.integers(1, 8))

@@ -5,22 +5,26 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from pathlib import Path
 
 import pytest
 import typer
 
 from sinsbench.cli.mutants import mutants as command
 from sinsbench.mutants import campaign, runner
+from sinsbench.mutants.campaign import SUBJECTS
 from sinsbench.mutants.equivalents import EQUIVALENTS, reason_of
 from sinsbench.mutants.interpretation import copied
 from sinsbench.mutants.judging import Judge
-from sinsbench.mutants.runner import plantings
+from sinsbench.mutants.page import page
+from sinsbench.mutants.runner import Planting, plantings
 from sinsbench.mutants.trials import integrator_probes, integrator_trials, score_trial
 from sinsbench.subjects.loading import resolve
 from sinsbench.subjects.registry import BUILT_IN, EQUATOR_ERRORS
 from sinsbench.subjects.rotation_vector_methods import COSINE_SERIES, DUAL_SERIES, SINE_SERIES
 
 FOUND = ("told apart", "equivalent")
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "mutants.md").read_text(encoding="utf-8")
 
 
 @cache
@@ -58,12 +62,35 @@ def test_every_number_of_a_method_has_its_defects():
     assert {"triple[0, 1, 3] sign", "triple[3, 0, 2] dropped", "quartic[1, 2, 1, 2] sign"} <= defects
 
 
-def test_subjects_of_the_same_terms_share_their_defects():
+def test_what_subjects_share_is_planted_until_it_is_told_apart():
     first, second = plantings([resolve("two_sample"), resolve("miller3")], kinds=["source"])
-    assert (first.terms_in, second.terms_in) == ("", "two_sample")
-    assert {one.defect for one in second.mutants} <= {one.defect for one in first.mutants}
-    unseen = [one.defect for one in first.mutants if one.verdict != "told apart"]
-    assert [one.defect for one in second.mutants] == unseen
+    assert first.shown == 0
+    assert second.shown == sum(one.verdict == "told apart" for one in first.mutants) > 200
+    assert [one.defect for one in second.mutants] == [x.defect for x in first.mutants if x.verdict != "told apart"]
+
+
+def table_lines(page):
+    return [line for line in page.splitlines() if line.startswith("|")]
+
+
+def test_the_page_has_all_subjects_and_no_survivors():
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table_lines(PAGE)]
+    rows = rows[2 : len(SUBJECTS) + 3]
+    assert [row[0] for row in rows] == [*SUBJECTS, "all"]
+    numbers = [[int(cell.replace(",", "")) for cell in row[1:]] for row in rows]
+    assert numbers[-1] == [sum(column) for column in zip(*numbers[:-1], strict=True)]
+    for planted_in, told, equivalent, unexplained, survivors, elsewhere in numbers:
+        assert planted_in == told + equivalent
+        assert (unexplained, survivors) == (0, 0)
+        assert told + elsewhere > 0
+
+
+def test_the_page_is_what_the_command_finds():
+    everything = planted("one_sample", "coefficient", "series") + planted("one_sample", "source", "formula")
+    made = page([Planting("one_sample", everything)])
+    row = next(line for line in table_lines(made) if line.startswith("| one_sample "))
+    assert row in PAGE.splitlines()
+    assert PAGE.startswith(made[: made.index("\n|")])
 
 
 def test_the_same_defects_are_judged_the_same_twice():
@@ -86,9 +113,8 @@ def test_a_sum_in_another_order_is_the_same():
     changed = Reordered().visit(copied(judge.right.statements[place]))
     assert ast.unparse(changed) != ast.unparse(judge.right.statements[place])
     with judge.replica.exchanged(place, changed) as function:
-        arguments = integrator_probes(4)[1][0]
-        before, after = judge.right.function()(*arguments), function(*arguments)
-        assert any((before[name] != after[name]).any() for name in before)  # by rounding
+        runs = [(judge.right.function()(*probe), function(*probe)) for probe, _ in integrator_probes(4)]
+        assert any((before[name] != after[name]).any() for before, after in runs for name in before)  # by rounding
         assert judge.told_apart(function) is None
         assert not judge.differs(function)
 

@@ -249,7 +249,7 @@ TERMS = st.tuples(st.floats(-5, 5), st.floats(0.001, 2), st.floats(-3, 3))
 
 
 @given(st.floats(-9, 9), st.floats(-1, 1), TERMS, TERMS, st.floats(0, 50))
-@settings(derandomize=True, deadline=None, max_examples=50)
+@settings(derandomize=True, deadline=None, max_examples=25)
 def test_derivatives_and_integral_of_a_profile(
     level: float, slope: float, first: tuple[float, float, float], second: tuple[float, float, float], time: float
 ) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from gyroscopic_figures import RESPONSES
 from gyroscopic_motions import DEG, EARTH_RATE, SCHULER_SPEED, G, R, grid, motion
-from sinsbench.scoring.gyroscopic import FIELDS, RESPONSE_FIELDS, ladder, score_gyroscopic, score_responses
+from sinsbench.scoring.gyroscopic import FIELDS, error_history, ladder, score_gyroscopic
 from sinsbench.scoring.gyroscopic_errors import (
     ARCSECOND,
     angle_errors,
@@ -18,7 +18,8 @@ from sinsbench.scoring.gyroscopic_errors import (
     start_of,
     vertical_error,
 )
-from sinsbench.scoring.gyroscopic_responses import PERTURBATIONS, growth_order, oscillation, response
+from sinsbench.scoring.gyroscopic_responses import PERTURBATIONS, RESPONSE_FIELDS, response, score_responses
+from sinsbench.subjects.gyroscopic import start_rules
 from sinsbench.subjects.gyroscopic.drivers import subject
 from sinsbench.subjects.gyroscopic.systems import SYSTEMS
 from sinsbench.subjects.loading import LoadedSubject
@@ -106,6 +107,25 @@ def test_responses_are_those_computed_apart(row):
     assert angles[:: round(60 / STEP)].max() == pytest.approx(figures[4], abs=2e-5)
 
 
+@pytest.mark.parametrize("row", [row for row in RESPONSES if row[1] == "speed" and "equilibrium" in row[2]],
+                         ids=lambda row: "-".join(row[:3]))  # fmt: skip
+def test_axes_inclined_by_a_speed_error_answer_as_computed_apart(row):
+    """The figures incline the axes at equilibrium by 1/V; a start in error takes the equilibrium of its own speed."""
+    name, _, system, *figures = row
+    _, inputs, start = case(name)
+
+    def inclined(start, constants):
+        positive, negative = start_rules.equilibrium_inclination(start, constants)
+        return positive - 1 / SCHULER_SPEED, negative + 1 / SCHULER_SPEED
+
+    rule = start_rules.pendulum if system == "gp_equilibrium" else start_rules.pendulum_pair
+    verticals = (subject(one)(inputs, start)["vertical"] for one in
+                 (SYSTEMS[system], replace(SYSTEMS[system], start=rule(inclined))))  # fmt: skip
+    angles, hour = R * angles_between(*verticals), round(3600 / STEP)
+    assert angles[[hour, 2 * hour, 3 * hour, 4 * hour]] == pytest.approx(figures[:4], abs=2e-5)
+    assert angles[:: round(60 / STEP)].max() == pytest.approx(figures[4], abs=2e-5)
+
+
 def test_speed_error_of_a_gyropendulum_stays_what_it_is():
     """Isometry: the angle between two solutions is constant; a speed error of 1 m/s inclines the axis by 1/V."""
     _, inputs, start = case("T3")
@@ -118,53 +138,6 @@ def test_bias_of_increments_is_integrated():
     changed = PERTURBATIONS["both_biases"].inputs(inputs)
     difference = (changed.rate - inputs.rate)[0, 0]
     assert difference == pytest.approx(inputs.interval * 0.01 * DEG / 3600, rel=1e-6)
-
-
-def test_growth_orders_in_speed():
-    """Third order of the gyropendulum's law and of the bi-gyro, fourth of the bi-gyro at equilibrium on a parallel."""
-    errors = {"gp": [], "bg_paper": [], "bg_equilibrium": []}
-    scales = (1.0, 0.5, 0.25)
-    for eps in scales:
-        m, inputs, start = case("TP", 7200.0, 4.0, eps=eps)
-        alpha = -m.speed[::2, None] / SCHULER_SPEED
-        law = -np.sin(alpha) * m.axes[::2, 1] + np.cos(alpha) * m.vertical[::2]
-        errors["gp"].append(angles_between(subject(SYSTEMS["gp_paper"])(inputs, start)["vertical"], law).max())
-        for name in ("bg_paper", "bg_equilibrium"):
-            errors[name].append(vertical_error(subject(SYSTEMS[name])(inputs, start)["vertical"], m).angle.max())
-    orders = {name: growth_order(scales, values) for name, values in errors.items()}
-    # Terms of the next order are q = 0.08 of these.
-    assert orders == pytest.approx({"gp": 3, "bg_paper": 3, "bg_equilibrium": 4}, abs=0.1)
-
-
-@pytest.mark.parametrize(
-    ("scales", "errors"), [((1.0,), (1.0,)), ((1.0, 2.0), (1.0, 0.0)), ((1.0, 2.0), (1.0, 2.0, 3.0))]
-)
-def test_growth_needs_positive_pairs(scales, errors):
-    with pytest.raises(ValueError, match="two or more"):
-        growth_order(scales, errors)
-
-
-def test_oscillation_is_measured():
-    time = np.linspace(0.0, 14400.0, 1441)
-    found = oscillation(time, 3.0 + 1e-3 * time + 20.0 * np.sin(2 * np.pi * time / 5063.48 + 0.4))
-    assert found.period == pytest.approx(5063.48, rel=1e-7)
-    assert found.amplitude == pytest.approx(20.0, rel=1e-6)
-    assert found.residual < 1e-6
-    with pytest.raises(ValueError, match="cannot tell a period"):
-        oscillation(time[:100], time[:100])
-
-
-def test_schuler_periods_measured_from_the_errors():
-    """Across the track 2 pi sqrt(R/g); along it 2 pi/sqrt(g/R - v^2/R^2)."""
-    m, inputs, start = case("T1")
-    compass = subject(SYSTEMS["ghc"])
-    undisturbed = compass(inputs, start)["vertical"]
-    schuler = 2 * np.pi * np.sqrt(R / G)
-    for error, axis, period in (("course", 1, schuler), ("tilt", 0, schuler / np.sqrt(1 - 300**2 / (G * R)))):
-        disturbed = compass(inputs, PERTURBATIONS[error].start(start))["vertical"]
-        component = np.sum((disturbed - undisturbed) * m.axes[::2, axis], axis=1)
-        # The response is linear to its own size, 1e-4.
-        assert oscillation(m.time[::2], component).period == pytest.approx(period, rel=1e-5)
 
 
 # Rows
@@ -181,6 +154,18 @@ def test_rows_of_an_exact_system():
         assert row["vertical_error_max_arcsec"] == pytest.approx(row["vertical_error_max_m"] / R / ARCSECOND)
     errors = [row["vertical_error_max_m"] for row in rows]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
+
+
+def test_history_of_an_error_is_what_the_scores_sum_up():
+    truth = short_ladder()[2]
+    found = error_history(loaded(subject(SYSTEMS["bg_paper"])), short_case(), truth)
+    (row,) = score_gyroscopic(loaded(subject(SYSTEMS["bg_paper"])), short_case(), (truth,), repetitions=0)
+    assert found["time"][[0, -1]] == pytest.approx([0, 3600])
+    assert found["angle"].max() == pytest.approx(row["vertical_error_max_m"])
+    assert found["angle"][-1] == pytest.approx(row["vertical_error_1h_m"])
+    assert np.abs(found["left"]).max() == pytest.approx(row["vertical_error_left_max_m"])
+    # A small error is the square root of the sum of its squares.
+    assert np.hypot(found["along"], found["left"]) == pytest.approx(found["angle"], rel=1e-6, abs=1e-6)
 
 
 def test_order_is_that_of_the_step_even_where_the_system_errs():

@@ -46,21 +46,33 @@ def test_speed_above_the_schuler_speed_is_refused(system):
 
 @pytest.mark.parametrize("method", ["rk4", "commutator_free", "dop853"])
 def test_programmed_speed_that_reaches_the_schuler_speed_is_refused(method):
-    m, inputs, start = case("T1", 3600.0, 10.0)
-    rising = replace(inputs, aids={"speed": 300 + (SCHULER_SPEED - 200) * m.time / 3600})
+    m, inputs, start = case("T1", 120.0, 1.0)
+    rising = replace(inputs, aids={"speed": 300 + (SCHULER_SPEED - 200) * m.time / 120})
     with pytest.raises(BrokenConditionError, match=r"sqrt\(g R\)") as caught:
         subject(SYSTEMS["gpx"], method)(rising, start)
-    assert 3400 < caught.value.time <= 3600
+    assert 118 < caught.value.time <= 119  # 120 s (V - 300)/(V - 200) = 118.44 s, or the end of that step
+
+
+def test_a_limit_within_a_long_step_is_told_to_the_millisecond():
+    """Beyond the limit the slopes are not finite: the steps shrink until it is found."""
+    m, inputs, start = case("T3", 16.0, 4.0)
+    steep = replace(inputs, aids={"speed": 300 + 1000 * m.time})
+    with pytest.raises(BrokenConditionError, match=r"sqrt\(g R\)") as caught:
+        subject(SYSTEMS["gpx"], "dop853")(steep, start)
+    assert caught.value.time == pytest.approx((SCHULER_SPEED - 300) / 1000, abs=1e-3)
 
 
 def test_systems_of_the_velocity_refuse_a_vehicle_at_rest_and_the_others_do_not():
     _, inputs, start = case("T1")
-    resting = replace(start, velocity=np.zeros(3))
-    for system in ("ghc", "gf", "bgx", "gp_paper"):
-        with pytest.raises(BrokenConditionError, match="speed > 0"):
-            subject(SYSTEMS[system])(inputs, resting)
-    for system in ("full", "trad", "newton"):
-        assert np.isfinite(subject(SYSTEMS[system])(inputs, resting)["vertical"]).all()
+    for velocity in (np.zeros(3), 7 * start.vertical):
+        resting = replace(start, velocity=velocity)
+        for system in ("ghc", "gf", "bgx", "gp_paper"):
+            with pytest.raises(BrokenConditionError, match="speed > 0"):
+                subject(SYSTEMS[system])(inputs, resting)
+        for system in ("full", "trad", "newton"):
+            vertical = subject(SYSTEMS[system])(inputs, resting)["vertical"]
+            assert vertical[0] == pytest.approx(start.vertical, abs=1e-15)
+            assert np.isfinite(vertical).all()
 
 
 def test_overflow_is_no_silent_nan():

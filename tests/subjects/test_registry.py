@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from sinsbench.subjects.fitted_methods import FITTED_METHODS
+from sinsbench.subjects.gyroscopic.catalogue import SUBJECTS as GYROSCOPIC_SUBJECTS
 from sinsbench.subjects.integrators import StreamingIntegrator
 from sinsbench.subjects.loading import resolve
 from sinsbench.subjects.published_methods import PUBLISHED_METHODS
-from sinsbench.subjects.registry import BUILT_IN, DUAL_PRECESSION, EQUATOR_ERRORS, subjects_of
+from sinsbench.subjects.registry import BUILT_IN, DUAL_PRECESSION, EQUATOR_ERRORS, GYRO_SYSTEMS, subjects_of
 from sinsbench.subjects.rotation_vector_methods import METHODS
 
 NAMES = {
@@ -25,6 +26,11 @@ NAMES = {
         *("equator_amplitude_phase_printed", "expm", "rk45", "dop853", "radau", "lsoda"),
         *(f"ode45_{x}" for x in ("1e-3", "1e-6", "1e-9", "1e-12", "tightest")),
     },
+    GYRO_SYSTEMS: {
+        *("gp_paper", "gp_equilibrium", "gpx", "bg_paper", "bg_equilibrium", "bgx", "bgv", "gf", "gf_linear"),
+        *("ghc", "ghc_radius", "ghc_altitude", "full", "trad", "newton"),
+        *(name for name in GYROSCOPIC_SUBJECTS if name.endswith(("_increments", "_lie", "_dop853"))),
+    },
 }
 
 
@@ -34,7 +40,7 @@ def test_names(dataset):
 
 
 def test_every_subject_belongs_to_a_dataset():
-    assert set(BUILT_IN) == NAMES[DUAL_PRECESSION] | NAMES[EQUATOR_ERRORS]
+    assert set(BUILT_IN) == set.union(*NAMES.values())
     assert all(subject.name == name and subject.summary and subject.source for name, subject in BUILT_IN.items())
 
 
@@ -46,7 +52,8 @@ def test_every_target_is_there(name):
 
 
 def test_different_subjects_are_different_code():
-    assert len({id(resolve(name).function) for name in BUILT_IN}) == len(BUILT_IN)
+    functions = [resolve(name).function for name in BUILT_IN]
+    assert len(set(map(id, functions))) == len(BUILT_IN)
 
 
 def test_integrators_stand_from_the_simplest_on():

@@ -1,15 +1,20 @@
 """Claims as data: what a paper prints, where, and how it is recomputed.
 
-The files ``<paper>.toml`` beside this module hold one ``[[claim]]`` a printed number, with the keys
+The files ``<paper>.toml`` beside this module hold one ``[[claim]]`` a printed number or statement, with the keys
 
 ``id, where, quantity, printed, unit``
-    strings; `printed` has exactly the digits of the paper, with a decimal point and ``e`` for the power of ten.
+    strings; `printed` has exactly the digits of the paper, with a decimal point and ``e`` for the power of ten. Of a
+    statement without figures it is a relation, ``= 0``, ``< 1``, ``> 1``; of an equation a form of it, as words.
 ``recompute``
     a recipe: its name and its arguments.
 ``slip`` (optional)
     a named slip, or a list of slips one after the other, that would have led from the right value to the printed one.
 ``tried`` (optional)
     list of recipes that were tried as explanations.
+``beside`` (optional)
+    list of recipes whose values stand in the note, whatever the verdict: the numbers that set its condition.
+``within`` (optional)
+    a decimal number as a string: the difference up to which an equality counts, in the unit of the claim.
 ``note`` (optional)
     a remark.
 """
@@ -18,20 +23,24 @@ import inspect
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from fractions import Fraction
 from importlib import import_module, resources
 from typing import Any
 
-from sinsbench.claims.slips import SLIPS
+from sinsbench.claims.quantities import printed_number, printed_relation
+from sinsbench.claims.slips import SLIPS, TEXT_SLIPS
 
-PAPERS = ("loginov2013", "lebedev1989")
+PAPERS = ("loginov2013", "lebedev1989", "chelnokov1991")
 VERDICTS = ("reproduced", "misprint", "not reproduced")
 
 _RECIPE_MODULES = {
     "loginov2013": "sinsbench.claims.equator_recipes",
     "lebedev1989": "sinsbench.claims.precession_recipes",
+    "chelnokov1991": "sinsbench.claims.gyroscopic_recipes",
 }
 _REQUIRED = {"id": str, "where": str, "quantity": str, "printed": str, "unit": str, "recompute": dict}
-_OPTIONAL = {"slip": dict | list, "tried": list, "note": str}
+_OPTIONAL = {"slip": dict | list, "tried": list, "beside": list, "within": str, "note": str}
+_SLIPS: Mapping[str, Callable[..., Any]] = {**SLIPS, **TEXT_SLIPS}
 
 
 class ClaimFileError(ValueError):
@@ -48,7 +57,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Claim:
-    """A printed number.
+    """A printed number, statement or equation.
 
     Attributes
     ----------
@@ -64,6 +73,10 @@ class Claim:
         Slips, in the order they would have been made.
     tried : tuple of Call
         Recipes that were tried as explanations.
+    beside : tuple of Call
+        Recipes whose values are told beside the verdict.
+    within : Fraction
+        The difference up to which an equality counts.
     note : str
         A remark.
     """
@@ -77,6 +90,8 @@ class Claim:
     recompute: Call
     slips: tuple[Call, ...] = ()
     tried: tuple[Call, ...] = ()
+    beside: tuple[Call, ...] = ()
+    within: Fraction = Fraction(0)
     note: str = ""
 
 
@@ -89,11 +104,11 @@ class ClaimResult:
     paper, id, where, quantity, printed, unit : str
         As in `Claim`.
     computed : float or str
-        The recomputed value in the printed unit.
+        The recomputed value in the printed unit; of an equation the form that holds.
     relative_difference : float or None
-        (printed - computed) / computed; None for words and where it is not defined.
+        (printed - computed) / computed; None for words and relations, and where it is not defined.
     rounds_to_printed : bool
-        Whether the recomputed value rounds to what is printed.
+        Whether the recomputed value rounds to what is printed, or has the printed relation.
     verdict : str
         ``reproduced``; ``misprint``, if the named slip leads from the recomputed value to the printed one; or
         ``not reproduced``.
@@ -214,14 +229,22 @@ def _claim(table: Mapping[str, Any], paper: str, where: str) -> Claim:
             raise ClaimFileError(f"{where}: {key} = {value!r} has the wrong type")
     slips = table.get("slip", [])
     known = recipes(paper)
+    within = printed_number(table.get("within", "0"))
+    if within is None or within < 0:
+        raise ClaimFileError(f"{where}: within = {table['within']!r}: a decimal number not below 0 is needed")
+    relation = printed_relation(table["printed"])
+    if "within" in table and (relation is None or relation.sign != "="):
+        raise ClaimFileError(f"{where}: within goes with a printed equality, such as '= 0'")
     return Claim(
         paper=paper,
         **{key: table[key] for key in ("id", "where", "quantity", "printed", "unit")},
         recompute=_call(table["recompute"], "name", known, f"{where}: recompute"),
         slips=tuple(
-            _call(slip, "kind", SLIPS, f"{where}: slip") for slip in (slips if isinstance(slips, list) else [slips])
+            _call(slip, "kind", _SLIPS, f"{where}: slip") for slip in (slips if isinstance(slips, list) else [slips])
         ),
         tried=tuple(_call(recipe, "name", known, f"{where}: tried") for recipe in table.get("tried", [])),
+        beside=tuple(_call(recipe, "name", known, f"{where}: beside") for recipe in table.get("beside", [])),
+        within=Fraction(within),
         note=table.get("note", ""),
     )
 

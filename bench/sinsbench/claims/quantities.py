@@ -1,10 +1,12 @@
 """Enclosed values, units, and the rounding that decides whether a value is the one printed.
 
 A recomputed value is an interval with rational ends that contains it. Everything here is exact rational
-arithmetic: no binary64 decides a half-way case.
+arithmetic: no binary64 decides a half-way case. What is printed is a number, a relation such as ``= 0``, where a paper
+states one without figures, or a word.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from functools import cache
@@ -92,11 +94,14 @@ class Quantity:
     unit : str
     radius : Fraction, optional
         Radius of the arc that turns an angle into a length, m.
+    findings : mapping of str to str
+        Of each word in question what was found, for the note.
     """
 
     value: Enclosure | str
     unit: str
     radius: Fraction | None = None
+    findings: Mapping[str, str] = field(default_factory=dict)
 
     def in_unit(self, unit: str) -> Enclosure | str:
         """Return the value in another unit: among rad, deg and m along the arc, or among s and min.
@@ -157,12 +162,50 @@ def round_significant(value: Fraction, digits: int) -> Decimal:
     return Decimal((int(value < 0), tuple(map(int, str(units))), exponent))
 
 
-def rounds_to(value: Enclosure | str, printed: str) -> bool:
+@dataclass(frozen=True)
+class Relation:
+    """A printed relation to a number.
+
+    Attributes
+    ----------
+    sign : {"=", "<", ">"}
+    number : Fraction
+    """
+
+    sign: str
+    number: Fraction
+
+    def holds(self, value: Enclosure, within: Fraction) -> bool:
+        """Tell whether every number of an interval has the relation, an equality up to a difference `within`."""
+        if self.sign == "<":
+            return value.upper < self.number
+        if self.sign == ">":
+            return value.lower > self.number
+        return self.number - within <= value.lower and value.upper <= self.number + within
+
+
+def printed_relation(text: str) -> Relation | None:
+    """Return the relation that a printed string such as ``< 1`` states, or None if it states none.
+
+    Examples
+    --------
+    >>> printed_relation("= 0")
+    Relation(sign='=', number=Fraction(0, 1))
+    """
+    sign, _, rest = text.partition(" ")
+    number = printed_number(rest) if sign in ("=", "<", ">") else None
+    return None if number is None else Relation(sign, Fraction(number))
+
+
+def rounds_to(value: Enclosure | str, printed: str, within: Fraction = Fraction(0)) -> bool:
     """Tell whether a value, rounded to the printed number of significant digits, is what is printed.
 
     A printed zero has no significant digit: only the number zero rounds to it. An interval rounds to the print if both
-    of its ends do. A word must be the same word.
+    of its ends do. A printed relation must hold, an equality up to a difference `within`. A word must be the same word.
     """
+    relation = printed_relation(printed)
+    if isinstance(value, Enclosure) and relation is not None:
+        return relation.holds(value, within)
     number = printed_number(printed)
     if isinstance(value, str) or number is None:
         return value == printed
@@ -188,7 +231,7 @@ def interval_rounding_to(printed: str) -> Enclosure:
 
 
 def written_like(value: Enclosure | str, printed: str) -> str:
-    """Write a value with as many digits as a printed one has, and in its style.
+    """Write a value with as many digits as a printed number has, and in its style; of a wide interval both ends.
 
     Examples
     --------
@@ -196,8 +239,10 @@ def written_like(value: Enclosure | str, printed: str) -> str:
     '-1.3e-2'
     """
     number = printed_number(printed)
-    if isinstance(value, str) or number is None:
-        return value if isinstance(value, str) else f"{float(value.middle):.6g}"
+    if isinstance(value, str):
+        return value
+    if number is None:
+        return _ends(value)
     digits = significant_digits(number) if number else 4
     rounded = round_significant(value.middle, digits)
     if "e" not in printed:
@@ -205,3 +250,11 @@ def written_like(value: Enclosure | str, printed: str) -> str:
     sign, figures, _ = rounded.as_tuple()
     mantissa = ".".join(part for part in (str(figures[0]), "".join(map(str, figures[1:]))) if part)
     return f"{'-' * sign}{mantissa}e{rounded.adjusted()}"
+
+
+def _ends(value: Enclosure) -> str:
+    """Write an interval with six digits, or its ends where these differ, or how small it is."""
+    lower, upper = (f"{float(end):.6g}" for end in (value.lower, value.upper))
+    if lower == upper:
+        return lower
+    return f"{lower} to {upper}" if value.lower else f"below {float(value.upper):.1e}"

@@ -1,7 +1,7 @@
 """Named slips of the pen, each a small function that is checked and not believed.
 
-A slip takes the recomputed value and returns what its author would have printed, had that slip been made; None where
-it could not have been made. It explains a printed number only if that result rounds to the print.
+A slip takes the recomputed value, or the right form of an equation, and returns what its author would have printed, had
+that slip been made; None where it could not have been made. It explains what is printed only if that result is it.
 """
 
 from collections.abc import Callable, Mapping
@@ -103,6 +103,18 @@ def rounded_down(value: Enclosure, setting: Setting, *, step: str) -> Enclosure 
     return Enclosure(floor(value.lower / size) * size, floor(value.upper / size) * size)
 
 
+def symbols_lost(text: str, setting: Setting, *, right: str, wrong: str) -> str | None:
+    """Leave out some symbols of the part `right` of an equation, so that `wrong` is left of it."""
+    characters = iter(right)
+    shortened = len(wrong) < len(right) and all(character in characters for character in wrong)
+    return symbols_misread(text, setting, right=right, wrong=wrong) if shortened else None
+
+
+def symbols_misread(text: str, setting: Setting, *, right: str, wrong: str) -> str | None:
+    """Write `wrong` in place of the part `right` of an equation, which occurs once in it."""
+    return text.replace(right, wrong) if text.count(right) == 1 and right != wrong else None
+
+
 SLIPS: Mapping[str, Callable[..., Enclosure | None]] = {
     "sign dropped": sign_dropped,
     "wrong exponent": wrong_exponent,
@@ -111,4 +123,10 @@ SLIPS: Mapping[str, Callable[..., Enclosure | None]] = {
     "copied from another cell": copied_from,
     "rounded down to a step": rounded_down,
 }
-"""The kinds of slips by name."""
+"""The kinds of slips of numbers by name."""
+
+TEXT_SLIPS: Mapping[str, Callable[..., str | None]] = {
+    "symbols lost": symbols_lost,
+    "symbols misread": symbols_misread,
+}
+"""The kinds of slips of equations by name."""

@@ -1,9 +1,11 @@
-"""The two findings behind the numbers that do not reproduce, as tables that are computed on demand.
+"""The findings behind what does not reproduce, as tables that are computed on demand.
 
 `discrepancy_story`
     the 5e-4 m/s between the numerical and the analytical solution of Loginov, Tkachenko, Chelnokov 2013.
 `short_mantissa_story`, `scale_error_story`
     the velocity errors of order 6 in the table of Lebedev, Panov 1989.
+`methodical_story`, `orders_story`
+    the errors of gyropendulum and bi-gyro in Chelnokov 1991, and how they vanish with the speed.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,6 +16,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from sinsbench.claims import discrepancy as check
+from sinsbench.claims.gyroscopic_stories import methodical_errors, orders_in_speed
 from sinsbench.claims.precession_runs import (
     MOTIONS,
     Cell,
@@ -167,9 +170,22 @@ def scale_error_story() -> Story:
     return Story("scale_error", sentence, tuple(rows))
 
 
+@cache
+def methodical_story() -> Story:
+    """Show what gyropendulum and bi-gyro of constant momentum err: Chelnokov 1991, section 2.1."""
+    return Story("methodical_errors", *methodical_errors())
+
+
+@cache
+def orders_story() -> Story:
+    """Show with which orders in the speed these errors vanish."""
+    return Story("orders_in_speed", *orders_in_speed())
+
+
 _STORIES: Mapping[str, tuple[Callable[[], Story], ...]] = {
     "loginov2013": (discrepancy_story,),
     "lebedev1989": (short_mantissa_story, scale_error_story),
+    "chelnokov1991": (methodical_story, orders_story),
 }
 
 

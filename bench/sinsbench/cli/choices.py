@@ -148,7 +148,10 @@ def _scored_datasets() -> list[str]:
 
 
 def _which(subject: str) -> str:
-    return f"say what to score {subject} on: --on dual_precession (integrators) or --on equator_errors (solvers)"
+    return (
+        f"say what to score {subject} on: --on dual_precession (integrators), --on equator_errors (solvers) or "
+        "--on gyro_systems (gyroscopic systems)"
+    )
 
 
 def datasets_to_score(
@@ -180,8 +183,8 @@ def datasets_to_score(
     return sorted(found)
 
 
-def cases_to_score(dataset: str, names: Sequence[str] | None) -> tuple[str, tuple[Case, ...]]:
-    """Return dataset and cases for a dataset name or a folder.
+def cases_to_score(dataset: str, names: Sequence[str] | None, file: Path | None = None) -> tuple[str, tuple[Case, ...]]:
+    """Return dataset and cases for a dataset name or a folder, or for a dataset name and a file of cases.
 
     Raises
     ------
@@ -189,9 +192,15 @@ def cases_to_score(dataset: str, names: Sequence[str] | None) -> tuple[str, tupl
         For an unknown dataset or case, one that no subject is scored on, or a folder with several datasets.
     sinsdata.format.manifest.DatasetError
         For a folder that is not a dataset of this version.
+    sinsdata.tiers.CaseFileError
+        For a file that cannot be used.
     """
     admissible = ", ".join(_scored_datasets())
-    if dataset in CASE_CLASSES:
+    if file is not None and dataset not in CASE_CLASSES:
+        raise UsageError(f"--cases {file}: say of which dataset these cases are: --on {admissible}")
+    if file is not None:
+        name, cases = dataset, tuple(cases_from_toml(dataset, file))
+    elif dataset in CASE_CLASSES:
         name, cases = dataset, paper_cases(dataset)
     else:
         folder = Path(dataset)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sinsbench.cli import mutants, peers, publishing, scoring
+from sinsbench.cli import mutants, peers, publishing, report, scoring
 from sinsbench.cli.errors import UsageError
 from sinsbench.cli.options import JsonFile
+from sinsbench.dashboard.command import benchmarks
 
 if TYPE_CHECKING:
     from sinsdata.verification.recompute import Wanted
@@ -167,17 +168,21 @@ app.command()(publishing.export)
 
 app.command()(scoring.score)
 app.command()(mutants.mutants)
+app.command()(report.report)
+app.command()(benchmarks)
 app.add_typer(peers.app, name="peers")
 
 
 @app.command()
 def claims(
-    papers: Annotated[list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989.")] = None,
+    papers: Annotated[
+        list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989, chelnokov1991.")
+    ] = None,
     verdict: Annotated[str | None, typer.Option(help="Only claims with this verdict.")] = None,
     stories: Annotated[bool, typer.Option(help="Tell also what lies behind the cells that differ.")] = True,
     json: JsonFile = None,
 ) -> None:
-    """Recompute every number that the papers print, each with a verdict."""
+    """Recompute every number and statement that the papers print, each with a verdict."""
     from sinsbench.cli.claims import (
         changed_verdicts,
         check_verdict,
@@ -195,7 +200,7 @@ def claims(
         rows = claim_rows(papers or None, progress)
         told = story_tables(papers or None, progress) if stories else []
     output.json(json, [row for row in rows if verdict in (None, row["verdict"])])
-    output.table(claim_table(rows, verdict), title="numbers printed in the papers")
+    output.table(claim_table(rows, verdict), title="what the papers print")
     output.table(verdict_counts(rows), title="verdicts of all of them")
     for title, table, sentence in told:
         output.table(table, title=title)
@@ -212,7 +217,7 @@ def reproduce(
         "sinsbench-results"
     ),
 ) -> None:
-    """Generate, verify, score and judge the papers' own cases, and sum up what holds."""
+    """Generate, verify, score and judge the papers' own cases, and sum up what holds, on a page too."""
     from sinsbench.cli.output import Output
     from sinsbench.reproduction.run import reproduce as reproduce_all
     from sinsbench.reproduction.summary import show

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from sinsbench.cli.errors import UsageError
 from sinsbench.cli.options import JsonFile
-
-if TYPE_CHECKING:
-    from sinsbench.mutants.runner import Mutant, Planting
 
 
 def mutants(
@@ -36,13 +32,13 @@ def mutants(
     from dataclasses import asdict
 
     from sinsbench.cli.output import Output
-    from sinsbench.mutants.campaign import campaign
+    from sinsbench.mutants.campaign import DATASETS, campaign
     from sinsbench.mutants.runner import KINDS
+    from sinsbench.mutants.tables import TITLES, counts, grouped
     from sinsbench.subjects.registry import BUILT_IN
 
-    datasets = list(dict.fromkeys(str(subject.dataset) for subject in BUILT_IN.values()))
-    if on not in datasets:
-        raise UsageError(f"--on {on}: admissible: {', '.join(datasets)}")
+    if on not in DATASETS:
+        raise UsageError(f"--on {on}: admissible: {', '.join(DATASETS)}")
     for one in kind or ():
         if one not in KINDS:
             raise UsageError(f"--kind {one}: admissible: {', '.join(KINDS)}")
@@ -52,53 +48,10 @@ def mutants(
         planted = campaign(subjects, on, kind or KINDS, progress)
     everything = [mutant for one in planted for mutant in one.mutants]
     output.json(json, [asdict(mutant) for mutant in everything])
-    output.table(_counts(planted), title="defects planted in the subjects, and what the score sees of them")
-    for verdict, title in _TITLES.items():
-        output.table(_grouped(everything, verdict), title=title)
+    output.table(counts(planted), title="defects planted in the subjects, and what the score sees of them")
+    for verdict, title in TITLES.items():
+        output.table(grouped(everything, verdict), title=title)
     failed = [
         x for x in everything if x.verdict == "survivor" or (x.verdict == "unexplained" and x.subject in BUILT_IN)
     ]
     raise typer.Exit(1 if failed else 0)
-
-
-_TITLES = {
-    "survivor": "survivors: results change, and the score does not see it",
-    "unexplained": "no difference found, and no reason known",
-    "equivalent": "no difference, for a reason",
-}
-
-
-def _counts(planted: Sequence[Planting]) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = []
-    for one in planted:
-        verdicts = [mutant.verdict for mutant in one.mutants]
-        rows.append(
-            {
-                "subject": one.subject,
-                "planted": len(verdicts),
-                "told apart": verdicts.count("told apart"),
-                "equivalent": verdicts.count("equivalent"),
-                "unexplained": verdicts.count("unexplained"),
-                "survivors": verdicts.count("survivor"),
-                "terms planted in": one.terms_in or one.subject,
-            }
-        )
-    names = [name for name in rows[0] if name not in ("subject", "terms planted in")] if rows else []
-    return [*rows, {"subject": "all", **{name: sum(row[name] for row in rows) for name in names}}]
-
-
-def _grouped(everything: Sequence[Mutant], verdict: str) -> list[dict[str, Any]]:
-    """Return defects of a verdict, those of several subjects once."""
-    groups: dict[tuple[str, str, str], list[str]] = {}
-    for mutant in everything:
-        if mutant.verdict == verdict:
-            groups.setdefault((mutant.reason, mutant.kind, mutant.defect), []).append(mutant.subject)
-    return [
-        {
-            "kind": kind,
-            "defect": defect,
-            **({"reason": reason} if reason else {}),
-            "in": names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more",
-        }
-        for (reason, kind, defect), names in sorted(groups.items())
-    ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sinsbench.cli.errors import UsageError
 from sinsbench.cli.options import JsonFile
 
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ def score(
     ] = None,
     on: Annotated[str | None, typer.Option(metavar="DATASET", help="Name or folder of a dataset.")] = None,
     case: Annotated[list[str] | None, typer.Option(metavar="CASE", help="Only this case; may be repeated.")] = None,
+    cases: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Your own cases (TOML) of the dataset named by --on.")
+    ] = None,
     command: Annotated[
         list[str] | None,
         typer.Option(metavar="COMMAND", help='A program, such as "./prog {input} {output}"; may be repeated.'),
@@ -46,6 +50,12 @@ def score(
         str | None, typer.Option(metavar="CONVENTION", help="Input convention of integrators that declare none.")
     ] = None,
     ladder: Annotated[bool, typer.Option("--ladder", help="Show every sampling interval, not only the own.")] = False,
+    responses: Annotated[
+        bool,
+        typer.Option(
+            "--responses", help="In place of scores: how gyroscopic systems answer to errors of sensors and start."
+        ),
+    ] = False,
     work_precision: Annotated[
         bool, typer.Option("--work-precision", help="Show cost against error, and who is cheapest at an error.")
     ] = False,
@@ -64,16 +74,19 @@ def score(
     """
     from sinsbench.cli.choices import Guests, cases_to_score, datasets_to_score
     from sinsbench.cli.output import Output
-    from sinsbench.cli.scores import native, score_tables, work_precision_tables
+    from sinsbench.cli.scores import native, response_tables, score_tables, work_precision_tables
     from sinsbench.figures import check_figure, ladder_figure
     from sinsbench.scoring.requirements import parse_requirement, violations
     from sinsbench.scoring.score import loaded_subjects
+    from sinsbench.scoring.score import responses as score_responses
     from sinsbench.scoring.score import score as score_subjects
     from sinsbench.subjects.processes import Limits
 
     output = Output()
     output.check(json, figure)
     requirements = [parse_requirement(text) for text in require or ()]
+    if responses and (ladder or work_precision or figure is not None):
+        raise UsageError("--responses is for one table of its own: without --ladder, --work-precision and --figure")
     guests = Guests(
         tuple(command or ()),
         tuple(result or ()),
@@ -86,18 +99,21 @@ def score(
     )
     rows: list[dict[str, Any]] = []
     scored: list[Case] = []
+    if cases is not None and on is None and not subjects:
+        raise UsageError(f"--cases {cases}: say of which dataset these cases are, with --on")
+    on = "gyro_systems" if on is None and responses else on
     datasets = [on] if on is not None else datasets_to_score(subjects, case, guests.texts)
-    chosen = [cases_to_score(dataset, case) for dataset in datasets]
+    chosen = [cases_to_score(dataset, case, cases) for dataset in datasets]
     check_figure(figure, [dataset for dataset, _ in chosen])
-    for dataset, cases in chosen:
-        scored += cases
-        loaded = loaded_subjects(guests.subjects(subjects or (), dataset, cases), dataset, takes)
+    for dataset, held in chosen:
+        scored += held
+        loaded = loaded_subjects(guests.subjects(subjects or (), dataset, held), dataset, takes)
         with output.progress(f"scoring on {dataset}") as progress:
-            rows += score_subjects(loaded, cases, progress)
+            rows += score_responses(loaded, held, progress) if responses else score_subjects(loaded, held, progress)
     output.json(json, rows)
     if figure is not None:
         ladder_figure(rows, figure)
-    for title, table in score_tables(rows, scored, whole_ladder=ladder):
+    for title, table in response_tables(rows) if responses else score_tables(rows, scored, whole_ladder=ladder):
         output.table(table, title=title)
     for title, table in work_precision_tables(rows) if work_precision else ():
         output.table(table, title=title)

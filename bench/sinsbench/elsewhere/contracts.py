@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from sinsbench.elsewhere.files import Columns, check_finite
 from sinsbench.scoring.formulas import COMPONENTS
+from sinsbench.scoring.gyroscopic_errors import known_kind
+from sinsbench.subjects.gyroscopic.contract import Inputs
 from sinsbench.subjects.loading import SubjectError
 from sinsbench.subjects.outcome import OutcomeError
-from sinsbench.subjects.registry import DUAL_PRECESSION
+from sinsbench.subjects.registry import DUAL_PRECESSION, GYRO_SYSTEMS
 from sinsdata.truth.conventions import TABLES, Convention, known_convention
 
-__all__ = ["Arguments", "Contract", "IntegratorContract", "SolverContract", "contract_of"]
+__all__ = ["Arguments", "Contract", "GyroscopicContract", "IntegratorContract", "SolverContract", "contract_of"]
 
 #: Positional arguments of a subject.
 Arguments = tuple[Any, ...]
@@ -28,6 +30,12 @@ _VECTORS = {
     "attitude": tuple(f"q_{axis}" for axis in _QUATERNION),
     "velocity_inertial": tuple(f"w_inertial_{axis}" for axis in _AXES),
     "velocity_body": tuple(f"w_body_{axis}" for axis in _AXES),
+}
+_GYROSCOPIC = {
+    "vertical": tuple(f"vertical_{axis}" for axis in _AXES),
+    "attitude": _VECTORS["attitude"],
+    "trihedron": tuple(f"trihedron_{axis}" for axis in _QUATERNION),
+    "speed": ("speed",),
 }
 
 
@@ -40,6 +48,25 @@ def _complete(path: Path, columns: Mapping[str, Any], names: tuple[str, ...]) ->
     missing = [name for name in names if name not in columns]
     if missing:
         raise OutcomeError("wrong shape", f"{path.name} has no column {', '.join(missing)}")
+
+
+def _assembled(
+    path: Path, columns: Columns, rows: NDArray[Any] | None, vectors: Mapping[str, tuple[str, ...]]
+) -> dict[str, NDArray[Any]]:
+    """Return the vectors, or the numbers, of which a table has a component.
+
+    Raises
+    ------
+    OutcomeError
+        If another component is missing, or a value is not finite.
+    """
+    made: dict[str, NDArray[Any]] = {}
+    for result, names in vectors.items():
+        if any(name in columns for name in names):
+            _complete(path, columns, names)
+            check_finite(path, columns, names, rows)
+            made[result] = columns[names[0]] if len(names) == 1 else np.column_stack([columns[name] for name in names])
+    return made
 
 
 class Contract(Protocol):
@@ -58,6 +85,9 @@ class Contract(Protocol):
     @property
     def numbered(self) -> bool:
         """Whether a column ``sample`` counts the epochs of a result."""
+
+    def rows(self, arguments: Arguments) -> int:
+        """Return how many rows of input a subject is called with."""
 
     def epochs(self, arguments: Arguments) -> NDArray[Any]:
         """Return the times at which a row of a result may stand, s."""
@@ -117,6 +147,10 @@ class IntegratorContract:
         """Whether every epoch counts: samples that never arrived have numbers too."""
         return not self.convention.times
 
+    def rows(self, arguments: Arguments) -> int:
+        """Return the number of samples, or of instants."""
+        return len(arguments[0])
+
     @property
     def _with_start(self) -> int:
         """Number of input rows that end no sample."""
@@ -130,13 +164,7 @@ class IntegratorContract:
 
     def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> dict[str, NDArray[Any]]:
         """Return the vectors of which the table has a component."""
-        made = {}
-        for result, names in _VECTORS.items():
-            if any(name in columns for name in names):
-                _complete(path, columns, names)
-                check_finite(path, columns, names, rows)
-                made[result] = np.column_stack([columns[name] for name in names])
-        return made
+        return _assembled(path, columns, rows, _VECTORS)
 
     def shortest(self, arguments: Arguments, rows: int) -> tuple[Arguments, float]:
         """Return the arguments of one step."""
@@ -170,6 +198,10 @@ class SolverContract:
 
     numbered = False
 
+    def rows(self, arguments: Arguments) -> int:
+        """Return the number of times."""
+        return len(arguments[0])
+
     def epochs(self, arguments: Arguments) -> NDArray[Any]:
         """Return the times."""
         times: NDArray[Any] = arguments[0]
@@ -186,17 +218,96 @@ class SolverContract:
         return (arguments[0][:1], *arguments[1:]), 1 - 1 / max(rows, 1)
 
 
-def contract_of(dataset: str, takes: str) -> Contract:
-    """Return the contract of a dataset, for integrators that take a convention.
+@dataclass(frozen=True)
+class GyroscopicContract:
+    """Tables of a gyroscopic system: those of the dataset, and the start in every row.
+
+    Parameters
+    ----------
+    kind : {"points", "increments"}
+    """
+
+    kind: str
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Columns of vertical, attitude, trihedron and speed."""
+        return tuple(name for names in _GYROSCOPIC.values() for name in names)
+
+    def table(self, arguments: Arguments, keywords: Mapping[str, Any]) -> Columns:
+        """Return one row for each time, the start among them, which ends no sample and has increments of 0."""
+        inputs, start = arguments
+        count = len(inputs.time)
+        rate, force = (np.vstack([np.zeros((count - len(x), 3)), x]) for x in (inputs.rate, inputs.specific_force))
+        names = ("angular_rate", "specific_force") if self.kind == "points" else ("angle", "velocity")
+        initial = np.tile(np.concatenate([start.attitude, start.vertical, start.velocity]), (count, 1))
+        constants = {
+            "turn_rate0": start.turn_rate or 0.0,
+            "sphere_radius": start.radius,
+            "sphere_gravity": start.gravity,
+        }
+        return {
+            "sample": np.arange(count),
+            "time": inputs.time,
+            **_vectors(names[0], rate),
+            **_vectors(names[1], force),
+            **inputs.aids,
+            **_vectors("attitude0", initial[:, :4], _QUATERNION),
+            **_vectors("vertical0", initial[:, 4:7]),
+            **_vectors("velocity0", initial[:, 7:]),
+            **{name: np.full(count, value) for name, value in constants.items()},
+        }
+
+    numbered = True
+
+    def rows(self, arguments: Arguments) -> int:
+        """Return the number of times."""
+        return len(arguments[0].time)
+
+    def epochs(self, arguments: Arguments) -> NDArray[Any]:
+        """Return the times."""
+        times: NDArray[Any] = arguments[0].time
+        return times
+
+    def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> dict[str, NDArray[Any]]:
+        """Return the vectors of which the table has a component."""
+        return _assembled(path, columns, rows, _GYROSCOPIC)
+
+    def shortest(self, arguments: Arguments, rows: int) -> tuple[Arguments, float]:
+        """Return the arguments of one step."""
+        inputs: Inputs = arguments[0]
+        steps = max(rows - 1, 1)
+        end = (len(inputs.time) - 1) // steps + 1
+        kept = end - (self.kind == "increments")
+        step = replace(
+            inputs,
+            time=inputs.time[:end],
+            rate=inputs.rate[:kept],
+            specific_force=inputs.specific_force[:kept],
+            aids={name: values[:end] for name, values in inputs.aids.items()},
+        )
+        return (step, *arguments[1:]), 1 - 1 / steps
+
+
+def contract_of(dataset: str, takes: str | None) -> Contract:
+    """Return the contract of a dataset, for integrators or gyroscopic systems that take a convention.
+
+    Parameters
+    ----------
+    dataset : str
+    takes : str or None
+        By default increments or, on `gyro_systems`, points.
 
     Raises
     ------
     SubjectError
         If there is no such convention.
     """
-    if dataset != DUAL_PRECESSION:
-        return SolverContract()
     try:
-        return IntegratorContract(known_convention(takes))
+        if dataset == GYRO_SYSTEMS:
+            return GyroscopicContract(known_kind(takes or "points"))
+        if dataset != DUAL_PRECESSION:
+            return SolverContract()
+        return IntegratorContract(known_convention(takes or "increments"))
     except ValueError as error:
         raise SubjectError(str(error)) from None

@@ -64,13 +64,13 @@ class Program:
         OutcomeError
             If there is no result.
         """
-        return self._patience.wait(len(arguments[0]), lambda: self._outcome(arguments, keywords))
+        return self._patience.wait(self.contract.rows(arguments), lambda: self._outcome(arguments, keywords))
 
     def _outcome(self, arguments: Arguments, keywords: dict[str, Any]) -> Outcome:
         with private_folder() as folder:
             source, target = (folder / f"{name}.{self._format(name)}" for name in ("input", "output"))
             write_columns(self.contract.table(arguments, keywords), source)
-            rows = len(arguments[0])
+            rows = self.contract.rows(arguments)
             whole = [self._run(folder, source, target, rows)]
             columns = read_columns(target, self.contract.outputs, (*_ORDER, "seconds"))
             _check_order(target, columns)
@@ -158,7 +158,7 @@ def program(
         Split into words as a shell does it, but run without one.
     dataset : str
     takes : str, optional
-        Input convention of an integrator, by default increments.
+        Input convention of an integrator, by default increments; of a gyroscopic system, by default points.
     name : str, optional
         By default that of the program or, behind an interpreter, of the script.
     suffix : {"csv", "parquet", "arrow"}
@@ -185,7 +185,7 @@ def program(
     subject = Subject(name or _name(words), None, command, "", samples_per_step=samples_per_step, takes=takes)
     return LoadedSubject(
         subject,
-        Program(words, contract_of(dataset, takes or "increments"), suffix, limits or Limits()),
+        Program(words, contract_of(dataset, takes), suffix, limits or Limits()),
         elsewhere=True,
     )
 

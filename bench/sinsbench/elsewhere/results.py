@@ -127,7 +127,7 @@ def result_file(
     cases : collection of str
         Names of the cases to be scored on.
     takes : str, optional
-        Input convention that the results were computed from, by default increments.
+        Input convention that the results were computed from, by default that of `contract_of`.
     name : str, optional
         By default that of the file.
 
@@ -136,7 +136,7 @@ def result_file(
     SubjectError
         If the file is none of that kind, or holds none of the cases.
     """
-    contract = contract_of(dataset, takes or "increments")
+    contract = contract_of(dataset, takes)
     if path.is_file() and path.suffix.removeprefix(".") not in FORMATS:
         raise SubjectError(f"{path}: the suffix must be {', '.join(f'.{one}' for one in FORMATS)}")
     try:

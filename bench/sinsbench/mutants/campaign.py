@@ -6,9 +6,14 @@ from itertools import groupby
 from sinsbench.mutants.runner import KINDS, Planting, plantings
 from sinsbench.reproduction.parallel import Part, run_parts
 from sinsbench.subjects.loading import SubjectError, resolve
-from sinsbench.subjects.registry import BUILT_IN, DUAL_PRECESSION
+from sinsbench.subjects.registry import BUILT_IN, DUAL_PRECESSION, EQUATOR_ERRORS
 
-__all__ = ["campaign"]
+__all__ = ["DATASETS", "SUBJECTS", "campaign"]
+
+DATASETS = (EQUATOR_ERRORS, DUAL_PRECESSION)
+"""Datasets on whose subjects there are trials. Right-hand sides, drivers and starts of others are planted in by tests."""
+SUBJECTS = tuple(name for name, subject in BUILT_IN.items() if subject.dataset in DATASETS)
+"""Built-in subjects that defects are planted in."""
 
 #: Planted last: most of the defects in its terms have then been planted in a quicker subject.
 _SLOWEST = "radau"
@@ -21,7 +26,7 @@ def _family(name: str) -> tuple[str, str]:
     module = BUILT_IN[name].target.partition(":")[0]
     if module.endswith(".fitted_integrators"):
         return module, name.rstrip("0123456789").partition("6")[0]
-    return module, "compensated" if name.endswith("_compensated") else ""
+    return module, ""
 
 
 def _planted(names: tuple[str, ...], dataset: str, kinds: tuple[str, ...]) -> list[Planting]:
@@ -39,9 +44,9 @@ def campaign(
     Parameters
     ----------
     names : sequence of str, optional
-        As `sinsbench.subjects.loading.resolve` takes them; all built-in subjects by default.
+        As `sinsbench.subjects.loading.resolve` takes them; `SUBJECTS` by default.
     dataset : str
-        Dataset whose contract users' subjects obey.
+        Dataset whose contract users' subjects obey, one of `DATASETS`.
     kinds : sequence of str
         Kinds of defects to plant, of `sinsbench.mutants.runner.KINDS`.
     report : callable
@@ -63,8 +68,10 @@ def campaign(
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
         raise ValueError(f"there is no kind {unknown[0]!r} of defects; admissible: {', '.join(KINDS)}")
-    wanted = list(dict.fromkeys(BUILT_IN if names is None else names))
+    wanted = list(dict.fromkeys(SUBJECTS if names is None else names))
     for name in wanted:
+        if name in BUILT_IN and name not in SUBJECTS:
+            raise SubjectError(f"{name}: defects are planted in subjects of {' and '.join(DATASETS)}")
         if resolve(name).subject.takes not in (None, "increments"):
             raise SubjectError(f"{name}: defects are planted in integrators that take increments")
     families = [

@@ -38,13 +38,16 @@ _UNUSED = "computed, and not used by this subject"
 EQUIVALENTS = (
     # Power series
     Equivalent(".*_savage(_third)?", r"dual\[\d\] .*", "a classical velocity update takes the rotation alone"),
-    Equivalent("magnus4|magnus6.*", r"pair.*|triple.*|quartic.*", _UNUSED),
     Equivalent(
         ".*",
         r"(cosine|sine)\[6\] times 1\.001|(cosine|sine)\[7\] .*|dual\[5\] times 1\.001|dual\[[67]\] .*",
         _ROUNDING,
     ),
-    Equivalent("taylor.*|quatfiter.*", r"(reciprocals|inverses)\[(1[5-9]|[2-9]\d)\] .*", _ROUNDING),
+    Equivalent(
+        "taylor.*",
+        r"reciprocals\[(1[5-9]|[2-9]\d|1\d\d)\] .*",
+        "less than ten roundings, at the largest rotation of a step: terms so high are small, or not taken",
+    ),
     Equivalent("quatfiter.*", r"integrals\[(\d+, ([4-9]|[12]\d)|([4-9]|[12]\d), \d+)\] .*", _SMALL_PRODUCT),
     # Kernels
     Equivalent(".*", r"polynomial: .*len\(coefficients\) - 1 -> -1", "the same entry, the last"),
@@ -63,7 +66,6 @@ EQUIVALENTS = (
     Equivalent(
         ".*", r"velocity_gains: return .*", "of the two gains only the first is used, that at the start of a step"
     ),
-    Equivalent(".*_savage(_third)?", r"(velocity_gains|rotation_biquaternion): .*", _UNUSED),
     # Fitted methods
     Equivalent(
         "magnus.*|quatfiter.*", r"(quaternion_at|place): .*: first \+ (\d) -> \2", "the columns begin with the first"
@@ -107,7 +109,6 @@ EQUIVALENTS = (
     ),
     Equivalent("equator_printed", r": _Element\(2, .*", "the printed edition has another number in the second row"),
     Equivalent(".*", r"particular_solution: chi == 0 or stiffness == 0: .*", _GUARD),
-    Equivalent(".*", r"_sinh_root: x == 0: .*", _GUARD),
     Equivalent(".*", r"(state_scale|schuler_speed): .*", "a unit, which cancels"),
     Equivalent(
         "rk45|dop853|radau|lsoda",
@@ -116,6 +117,48 @@ EQUIVALENTS = (
     ),
     Equivalent(
         "rk45|dop853|radau|lsoda", r"_integrate: instants\.size == 0 or .*", "a guard for no time to integrate over"
+    ),
+    Equivalent("ode45_.*", r"method: instants\.size == 1: .*", "a guard for no time to integrate over"),
+    Equivalent("ode45_.*", r": np\.array\(.*: zip\(.*", "of the estimated error only the size is used"),
+    Equivalent(
+        "ode45_.*",
+        r"ode45: (rejected, evaluations, wanted = \(0, 1, 1\): (0 -> 1|1 -> 0)|steps = 0: .*|steps \+= 1: .*"
+        r"|evaluations \+= 6: .*|rejected \+= 1: .*)",
+        "a count of the work, which is no part of the solution",
+    ),
+    Equivalent(
+        "ode45_.*",
+        r"ode45: rejected, evaluations, wanted = \(0, 1, 1\): 1 -> 0 \(2\)",
+        "the start is interpolated once more, and is the start",
+    ),
+    Equivalent(
+        "ode45_.*", r"ode45: every_step = .*", "of a single instant: the last step ends there, interpolated or not"
+    ),
+    Equivalent("ode45_.*", r"ode45: instants\.ndim != 1 or .*: 2 -> 1", "a guard: there are two instants or more"),
+    Equivalent(
+        "ode45_.*", r"ode45: (largest|size = min).*(end|float\(instants\[1\]\)) - time -> .*", "the time starts at zero"
+    ),
+    Equivalent(
+        "ode45_.*",
+        r"ode45: (smallest = .*|factor = .*: 0\.1 -> .*)",
+        "a bound on the step, or on its change, that smooth motion never meets",
+    ),
+    Equivalent("ode45_(?!tightest).*", r": SMALLEST_RELATIVE_TOLERANCE = .*", "smaller than the tolerance asked for"),
+    *(
+        Equivalent(f"ode45_(?!{name}).*", rf": \({tolerance}, .*", "the tolerances of another subject")
+        for name, tolerance in {
+            "1e-3": r"0\.001",
+            "1e-6": "1e-06",
+            "1e-9": "1e-09",
+            "1e-12": "1e-12",
+            "tightest": r"2\.22e-14",
+        }.items()
+    ),
+    Equivalent(
+        "ode45_1e-12|ode45_tightest",
+        r": (SMALLEST_RELATIVE_TOLERANCE = .*|\((1e-12, 1e-12|2\.22e-14, 1e-20)\): (1e-12|2\.22e-14) -> [^(]*)"
+        r"|ode45: factor = .*: 0\.5 -> .*",
+        "less than ten roundings: a thousandth of an error that is hardly larger",
     ),
     Equivalent(".*", r"harmonics: .*: 1 -> 0", "the angle is one number, whose only axis is the last"),
     Equivalent(".*", r": (DOUBLE_ROOT|SERIES_LIMIT|SERIES_TERMS|CANCELLATION) = .*", _THRESHOLD),

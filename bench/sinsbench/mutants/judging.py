@@ -58,8 +58,8 @@ class Judge:
     number of steps, on what compensated sums take back. It is therefore measured. The right subject is run with the
     result of every operation moved by up to a unit in the last place at random (`Perturbation`), `DRAWS` times; what
     differs from the unperturbed run by more than `MARGIN` times the largest deviation of these, or of a unit in the
-    last place of the result whose error it is, differs by more than rounding. Compared are all errors of all rungs;
-    orders follow from these, so that two subjects whose errors agree have the same.
+    last place of the result whose error it is, differs by more than rounding. Compared are all errors; orders follow
+    from these, so that two subjects whose errors agree have the same.
 
     Parameters
     ----------
@@ -127,9 +127,9 @@ class Judge:
         return self._figures_of_probe(function, self.probes[number - len(self.trials)])
 
     def run_all(self, function: Function) -> None:
-        """Run a subject on all trials and probes but the longest, which go the way of the others."""
+        """Run a subject on all probes, and on all trials but those for terms alone, which go the way of the others."""
         for number in range(len(self.trials) + len(self.probes)):
-            if number >= len(self.trials) or not self.trials[number].sums:
+            if number >= len(self.trials) or not self.trials[number].terms_only:
                 self._figures(function, number)
 
     def _reference(self, number: int) -> tuple[_Figures, dict[Any, float]]:
@@ -154,17 +154,17 @@ class Judge:
         right, bounds = self._reference(number)
         return right.apart(self._figures(function, number)[0], bounds)
 
-    def told_apart(self, function: Function, sums: bool = True) -> str | None:
+    def told_apart(self, function: Function, terms: bool = True) -> str | None:
         """Return the name of the first case whose score tells a mutant from the right subject; None if none does.
 
         Parameters
         ----------
         function : callable
-        sums : bool, default True
-            Use also the long cases that show the rounding errors of sums.
+        terms : bool, default True
+            Use also the cases that are for defects in terms alone.
         """
         for number, trial in enumerate(self.trials):
-            if (sums or not trial.sums) and self._apart(function, number):
+            if (terms or not trial.terms_only) and self._apart(function, number):
                 return trial.case.name
         return None
 

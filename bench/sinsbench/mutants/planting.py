@@ -179,6 +179,8 @@ class TermPlanter(Planter):
         if name in self.commutative or name == "range":
             return node
         first, second, *others = node.args
+        if ast.dump(first) == ast.dump(second):
+            return node
         return self.plant(node, ast.Call(node.func, [second, first, *others], node.keywords))
 
     def visit_Raise(self, node: ast.Raise) -> ast.stmt:

@@ -254,7 +254,7 @@ def _bound_names(node: ast.stmt) -> list[str]:
 def _in_place(modules: Mapping[str, ModuleType]) -> Iterator[None]:
     """Let imports find copies, for the time of a ``with`` block."""
     absent = object()
-    before = {name: sys.modules.get(name, absent) for name in modules}
+    before = {name: sys.modules.get(name) for name in modules}
     package = sys.modules[PACKAGE]
     attributes = {name: getattr(package, name, absent) for name in (x.rpartition(".")[2] for x in modules)}
     try:
@@ -264,11 +264,11 @@ def _in_place(modules: Mapping[str, ModuleType]) -> Iterator[None]:
                 setattr(package, name.rpartition(".")[2], module)
         yield
     finally:
-        for name, value in before.items():
-            if value is absent:
+        for name, original in before.items():
+            if original is None:
                 del sys.modules[name]
             else:
-                sys.modules[name] = value  # type: ignore[assignment]
+                sys.modules[name] = original
         for name, value in attributes.items():
             if value is not absent:
                 setattr(package, name, value)

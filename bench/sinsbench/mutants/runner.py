@@ -3,7 +3,6 @@
 import ast
 import contextlib
 import functools
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
@@ -15,17 +14,18 @@ from sinsbench.mutants.judging import Judge, Score
 from sinsbench.mutants.planting import TermPlanter
 from sinsbench.mutants.replicas import Replica
 from sinsbench.mutants.trials import (
+    PROBED_STEPS,
     formula_probes,
     formula_trials,
     integrator_probes,
     integrator_trials,
     score_trial,
 )
-from sinsbench.scoring.running import checked_integrator_output, run
+from sinsbench.scoring.running import RunError, checked_integrator_output, run
 from sinsbench.subjects.loading import LoadedSubject
 from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS
 
-__all__ = ["KINDS", "Kind", "Mutant", "Planting", "plantings"]
+__all__ = ["KINDS", "Kind", "Mutant", "Planting", "Verdict", "plantings"]
 
 Kind: TypeAlias = Literal["coefficient", "series", "source", "formula"]
 KINDS: tuple[Kind, ...] = ("coefficient", "series", "source", "formula")
@@ -75,14 +75,13 @@ class Planting:
     subject : str
     mutants : tuple of Mutant
         In the order of the source.
-    terms_in : str
-        Name of an earlier subject that passes through the same terms of the same source, in which the defects of
-        these were planted for both; in this one only those that made no difference there. Empty where there is none.
+    shown : int
+        Number of further defects, in terms that it shares with earlier subjects: the score told them apart there.
     """
 
     subject: str
     mutants: tuple[Mutant, ...]
-    terms_in: str = ""
+    shown: int = 0
 
 
 def plantings(
@@ -110,15 +109,16 @@ def plantings(
     Returns
     -------
     list of Planting
-        One a subject. Where several pass through the same terms of the same source, the first has their defects.
+        One a subject. Where several pass through a term of the same source, its defects are planted in the first, and
+        in the next as long as none has told them apart: indices have more values there. Those that are equivalent for
+        a reason are then tried on random inputs first, and on the cases of the score if these show a difference.
 
     Raises
     ------
     SubjectError
         If a subject has no Python source.
     """
-    first: dict[frozenset[tuple[Place, int]], str] = {}
-    unseen: dict[str, list[tuple[Place, int]]] = {}
+    told: dict[tuple[Place, int], bool] = {}  # whether a defect of a term was told apart, if it has been planted
     result = []
     for loaded in subjects:
         name = loaded.subject.name
@@ -126,20 +126,19 @@ def plantings(
         planted: dict[Any, _Defect] = {}
         if loaded.subject.dataset == DUAL_PRECESSION and {"coefficient", "series"} & set(kinds):
             planted |= enumerate(_defects_of_constants(judge))
-        terms_in = ""
         if {"source", "formula"} & set(kinds):
-            terms = _defects_of_source(judge, loaded)
-            terms_in = first.setdefault(frozenset(terms), name)
-            # What made no difference in the first may make one here, where indices have more values.
-            planted |= {key: terms[key] for key in unseen.get(terms_in, terms)}
-        mutants = {}
-        for number, (key, defect) in enumerate(planted.items()):
-            if defect.kind in kinds:
-                report(number, len(planted), name)
-                # A constant shows in a step, and what becomes of sums the first subject has shown.
-                mutants[key] = _judged(loaded, defect, sums=isinstance(key, tuple) and terms_in == name)
-        unseen[terms_in] = [x for x, one in mutants.items() if isinstance(x, tuple) and one.verdict != "told apart"]
-        result.append(Planting(name, tuple(mutants.values()), terms_in if terms_in != name else ""))
+            planted |= _defects_of_source(judge, loaded)
+        wanted = {key: defect for key, defect in planted.items() if defect.kind in kinds}
+        mutants = []
+        for number, (key, defect) in enumerate(wanted.items()):
+            if told.get(key):
+                continue
+            report(number, len(wanted), name)
+            known = key in told and reason_of(name, defect.what) != ""
+            mutants.append(_judged(loaded, defect, again=known))
+            if isinstance(key, tuple):
+                told[key] = mutants[-1].verdict == "told apart"
+        result.append(Planting(name, tuple(mutants), len(wanted) - len(mutants)))
     return result
 
 
@@ -148,12 +147,12 @@ class _Defect:
     kind: str
     what: str
     verdict: Callable[[bool], tuple[str | None, bool]]
-    """Plants it, and is told whether to look at long sums; returns the case whose score tells it apart, and whether it
-    changes results on random inputs."""
+    """Plants it, and is told whether it made no difference in another subject, for a reason that holds in this one;
+    returns the case whose score tells it apart, and whether it changes results on random inputs."""
 
 
-def _judged(loaded: LoadedSubject, defect: _Defect, sums: bool) -> Mutant:
-    told_by, differs = defect.verdict(sums)
+def _judged(loaded: LoadedSubject, defect: _Defect, again: bool) -> Mutant:
+    told_by, differs = defect.verdict(again)
     verdict: Verdict = "told apart"
     reason = ""
     if told_by is None:
@@ -162,14 +161,14 @@ def _judged(loaded: LoadedSubject, defect: _Defect, sums: bool) -> Mutant:
     return Mutant(loaded.subject.name, defect.kind, defect.what, verdict, told_by or "", reason)
 
 
-#: Solvers that go step by step: flights of hours take them seconds.
-_STEPPING = re.compile(r"rk45|dop853|radau|lsoda|ode45_.*")
+#: Solvers that go step by step, and how, see `formula_trials`: flights of hours take some of them seconds.
+_STEPPING = {"rk45": "library", "dop853": "library", "radau": "library", "lsoda": "library", "ode45": "controlled"}
 
 
 def _judge(loaded: LoadedSubject, dataset: str, score: Score) -> Judge:
     if dataset == EQUATOR_ERRORS:
-        stepping = _STEPPING.fullmatch(loaded.subject.name) is not None
-        return Judge(loaded, formula_trials(stepping), formula_probes(stepping), score)
+        way = _STEPPING.get(loaded.subject.name.partition("_")[0], "closed form")
+        return Judge(loaded, formula_trials(way), formula_probes(way), score)
     samples = loaded.subject.samples_per_step or _samples_per_step(loaded)
     carries = (loaded.subject.state_bytes or _LEAST_CARRYING) >= _LEAST_CARRYING
     return Judge(loaded, integrator_trials(samples, carries), integrator_probes(samples), score)
@@ -177,13 +176,16 @@ def _judge(loaded: LoadedSubject, dataset: str, score: Score) -> Judge:
 
 def _samples_per_step(loaded: LoadedSubject) -> int:
     """Find out how many samples a step of a user's subject consumes, by a run on a number that 1 to 10 divide."""
-    (angle, velocity, *others), _ = integrator_probes(2520 // 6)[0]
+    (angle, velocity, *others), _ = integrator_probes(2520 // PROBED_STEPS)[0]
     result = run(loaded.function, (angle, velocity, *others), repetitions=0).result
     return checked_integrator_output(result, len(angle)).samples_per_step
 
 
-def _verdict(judge: Judge, function: Callable[..., Any], sums: bool) -> tuple[str | None, bool]:
-    told_by = judge.told_apart(function, sums)
+def _verdict(judge: Judge, function: Callable[..., Any], again: bool, terms: bool = True) -> tuple[str | None, bool]:
+    # Cases are spared what makes no difference in another subject, for a known reason, nor on random inputs here.
+    if again and not judge.differs(function):
+        return None, False
+    told_by = judge.told_apart(function, terms)
     return told_by, told_by is None and judge.differs(function)
 
 
@@ -196,12 +198,12 @@ def _defects_of_constants(judge: Judge) -> Iterator[_Defect]:
     replica = Replica(judge.loaded, compiled=True)
     with replica.intercepted(PARAMETERS, given.setdefault):
         run(replica.function(), judge.probes[0][0], repetitions=0)
-    if any(_verdict(judge, replica.function(), sums=False)):
+    if any(_verdict(judge, replica.function(), again=False, terms=False)):
         raise RuntimeError(f"{judge.loaded.subject.name} does not compute compiled what it computes interpreted")
 
-    def judged(parameter: str, change: Change, sums: bool) -> tuple[str | None, bool]:
+    def judged(parameter: str, change: Change, again: bool) -> tuple[str | None, bool]:
         with replica.intercepted({parameter}, lambda _, __: change.value):
-            return _verdict(judge, replica.function(), sums)
+            return _verdict(judge, replica.function(), again, terms=False)
 
     for parameter, value in given.items():
         for change in changes_of(value, seen[parameter]):
@@ -254,14 +256,15 @@ def _defects_of_source(judge: Judge, loaded: LoadedSubject) -> dict[tuple[Place,
     judge.run_all(Replica(loaded, recorder.transform, __seen__=recorder).function())
     kind = "formula" if loaded.subject.dataset == EQUATOR_ERRORS else "source"
 
-    def verdict(place: Place, number: int, sums: bool) -> tuple[str | None, bool]:
+    def verdict(place: Place, number: int, again: bool) -> tuple[str | None, bool]:
         changed = TermPlanter(number).visit(copied(judge.right.statements[place]))
         with contextlib.ExitStack() as stack:
             try:
-                function = stack.enter_context(judge.replica.exchanged(place, changed))
-            except Exception:  # what fails to load, in whatever way, nobody overlooks
+                load = functools.partial(stack.enter_context, judge.replica.exchanged(place, changed))
+                function = run(load, (), repetitions=0).result
+            except RunError:  # what fails to load nobody overlooks
                 return "loading", True
-            return _verdict(judge, function, sums)
+            return _verdict(judge, function, again)
 
     found = {}
     for place in places:

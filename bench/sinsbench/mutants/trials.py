@@ -20,6 +20,7 @@ from sinsbench.subjects.loading import LoadedSubject
 from sinsdata.cases import DualPrecessionCase, EquatorCase
 
 __all__ = [
+    "PROBED_STEPS",
     "Probe",
     "Row",
     "Trial",
@@ -34,6 +35,8 @@ Array = NDArray[np.float64]
 Row: TypeAlias = Mapping[str, Any]
 
 _SEED = 1989
+PROBED_STEPS = 3
+"""Number of steps of the random inputs for integrators."""
 
 
 @dataclass(frozen=True)
@@ -47,14 +50,15 @@ class Trial:
         What the score needs to know of it.
     scales : mapping of str to float
         Fields of a row that are compared, and the size of the result whose error each is.
-    sums : bool
-        Whether it shows what becomes of the rounding errors of sums, and takes many steps to.
+    terms_only : bool
+        Whether it is for defects in terms alone: long sums, which show what becomes of their rounding errors.
+        Constants show in a step.
     """
 
     case: DualPrecessionCase | EquatorCase
     reference: tuple[Rung, ...] | EquatorReference
     scales: Mapping[str, float]
-    sums: bool = False
+    terms_only: bool = False
 
 
 def score_trial(loaded: LoadedSubject, trial: Trial) -> list[dict[str, Any]]:
@@ -112,26 +116,24 @@ _CARRIED: Mapping[str, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class _Motion:
-    """A named motion, the duration of a step in seconds, the number of steps, and the ladder in units of that step."""
+    """A named motion, the duration of a step in seconds, the number of steps."""
 
     name: str
     motion: dict[str, Any]
     step: Fraction
     steps: int
-    factors: tuple[Fraction, ...] = (Fraction(1),)
 
 
-_LADDER = (Fraction(1), Fraction(1, 2))
 _MOTIONS = (
     _Motion("one step", _GENERAL, _STEP, 1),
-    _Motion("coarse", _GENERAL, _STEP, 4),
-    _Motion("large rotations", _GENERAL, 3 * _STEP, 4),
-    _Motion("very large rotations", _GENERAL, 5 * _STEP, 4),
-    _Motion("rapid precession", _GENERAL, 9 * _STEP, 4),
-    _Motion("very rapid precession", _GENERAL, 10 * _STEP, 4),
-    _Motion("little force", _LIGHT, 3 * _STEP, 4),
-    _Motion("general precession", _GENERAL, _STEP, 8, _LADDER),
-    _Motion("coning", _CONING, _STEP, 8, _LADDER),
+    _Motion("coarse", _GENERAL, _STEP, 2),
+    _Motion("large rotations", _GENERAL, 3 * _STEP, 2),
+    _Motion("very large rotations", _GENERAL, 5 * _STEP, 2),
+    _Motion("rapid precession", _GENERAL, 13 * _STEP / 2, 2),
+    _Motion("little force", _LIGHT, 3 * _STEP, 2),
+    _Motion("coning", _CONING, _STEP, 2),
+    _Motion("rapid coning", _CONING, 3 * _STEP, 2),
+    _Motion("very rapid precession", _GENERAL, 15 * _STEP / 2, 2),
 )
 _SUMMED = tuple(_Motion(f"sums of {name}", _SUMS | values, _STEP, 200) for name, values in _CARRIED.items())
 
@@ -152,7 +154,7 @@ def integrator_trials(samples_per_step: int, carries: bool = True) -> tuple[Tria
         sampling = {"interval": one.step / samples_per_step, "duration": one.step * one.steps}
         given = one.motion | {key: f"{value.numerator}/{value.denominator}" for key, value in sampling.items()}
         case = DualPrecessionCase(name=one.name.replace(" ", "_"), **given)
-        rungs = ladder(case, one.factors)
+        rungs = ladder(case, (Fraction(1),))
         speed = max(float(np.linalg.norm(rung.motion.velocity_inertial, axis=1).max()) for rung in rungs)
         angles = ("attitude_error_max", "attitude_error_end", "quaternion_norm_error_max")
         speeds = [f"velocity_{of}error_{which}" for of in ("", "body_") for which in ("max", "end")]
@@ -178,9 +180,10 @@ _RESONANT = float(np.sqrt(EQUATORIAL_GRAVITY * EARTH_RADIUS)) + _STATIONARY
 _WEIGHTLESS = EARTH_RADIUS * float(np.sqrt(EARTH_RATE**2 + EQUATORIAL_GRAVITY / EARTH_RADIUS)) + _STATIONARY
 
 #: Speed, m/s; height, m; interval, s; number of epochs after the start; initial errors.
-_FLIGHTS: tuple[tuple[str | float, str | float, str, int, tuple[str, ...]], ...] = (
-    ("600", "10000", "12", 8, _ERRORS),
-    ("600", "10000", "500", 2, _ERRORS),
+_Flight: TypeAlias = tuple[str | float, str | float, str, int, tuple[str, ...]]
+#: Short enough for solvers that go step by step, and nothing to divide by.
+_SHORT: tuple[_Flight, ...] = (("600", "10000", "12", 8, _ERRORS), ("600", "10000", "500", 2, _ERRORS))
+_LONG: tuple[_Flight, ...] = (
     ("600", "10000", "900", 8, _ERRORS),
     ("10", "0", "900", 8, _FIRST_QUADRANT),
     ("-8363.2", "1000", "900", 8, _ERRORS),
@@ -196,19 +199,39 @@ _FLIGHTS: tuple[tuple[str | float, str | float, str, int, tuple[str, ...]], ...]
     (_zero_near(_RESONANT, lambda motion: motion.schuler_rate**2 - motion.inertial_rate**2), "0", "900", 8, _ERRORS),
     ("3644.272", "0", "900", 8, _ERRORS),
 )
+#: Flights that show what a control of the step does.
+_CONTROLLED: tuple[_Flight, ...] = (
+    # Errors that stay so small that the absolute tolerance binds, be it 1e-20.
+    ("600", "10000", "100", 12, tuple(f"({x})*1e-15" for x in _ERRORS)),
+    # Errors that grow, so that first the absolute tolerance binds and then the relative one, and some steps fail.
+    ("600", "10000", "900", 12, tuple(f"({x})*1e-5" for x in _ERRORS)),
+    ("600", "10000", "1/2", 12, _ERRORS),  # instants closer together than one second
+    # The first step is within a thousandth of that at which its estimate begins to bind ...
+    ("600", "10000", "81.508", 12, ("1", "1", "1", "700", "3e-5", "1e-5")),
+    # ... and what is left for the last within a thousandth of that up to which it is stretched.
+    ("600", "10000", "55.854", 12, _ERRORS),
+    ("600", "10000", "12", 1, _ERRORS),  # a single instant
+)
+#: Flights by how a solver works.
+_FLIGHTS: Mapping[str, tuple[_Flight, ...]] = {
+    "closed form": (*_SHORT, *_LONG),
+    "library": _SHORT,
+    "controlled": (*_SHORT, *_CONTROLLED),
+}
 
 
 @cache
-def formula_trials(stepping: bool) -> tuple[Trial, ...]:
+def formula_trials(way: str) -> tuple[Trial, ...]:
     """Return the trials of solvers, each flight without and with a misalignment.
 
     Parameters
     ----------
-    stepping : bool
-        Only flights that are short enough for solvers that go step by step, and have nothing to divide by.
+    way : {"closed form", "library", "controlled"}
+        How the solver works: by formulas; step by step in a library, which takes its time and is not planted in; step
+        by step under a control of the step that is.
     """
     trials = []
-    for number, (v_east, height, interval, epochs, errors) in enumerate(_FLIGHTS[: 2 if stepping else None]):
+    for number, (v_east, height, interval, epochs, errors) in enumerate(_FLIGHTS[way]):
         for forced in (False, True):
             given: dict[str, Any] = {
                 "v_east": v_east,
@@ -239,7 +262,7 @@ def integrator_probes(samples_per_step: int) -> list[Probe]:
     The rates are cubic polynomials: smooth as those of a motion, and different in every step.
     """
     random = np.random.default_rng(_SEED)
-    steps, degree = 6, 3
+    steps, degree = PROBED_STEPS, 3
     middles = (np.arange(samples_per_step) + 0.5) / samples_per_step * 2 - 1
     powers = middles[:, None] ** np.arange(degree + 1) / samples_per_step
     probes: list[Probe] = []
@@ -252,14 +275,21 @@ def integrator_probes(samples_per_step: int) -> list[Probe]:
     return probes
 
 
-def formula_probes(stepping: bool) -> list[Probe]:
-    """Return random flights for solvers; short ones for those that go step by step."""
+#: Duration of random flights by how a solver works, s, and sizes of their errors: small ones meet absolute tolerances.
+_DURATIONS: Mapping[str, float] = {"closed form": 3600.0, "library": 60.0, "controlled": 1200.0}
+_FRACTIONS: Mapping[str, tuple[float, ...]] = {"controlled": (1.0, 1e-5, 1e-15)}
+
+
+def formula_probes(way: str) -> list[Probe]:
+    """Return random flights for solvers; `way` is that of `formula_trials`."""
     random = np.random.default_rng(_SEED)
     sizes = np.array([0.01, 0.01, 0.01, 1.0, 1e-7, 1e-7])
+    fractions = _FRACTIONS.get(way, (1.0,))
     probes: list[Probe] = []
     for number in range(6):
         forced = {"misalignment": random.uniform(-5e-5, 5e-5, (3, 3)), "inertial_longitude": random.uniform(-3, 3)}
-        time = np.sort(random.uniform(0, 60.0 if stepping else 3600.0, 4))
-        flight = (time, random.uniform(-7000, 7000), random.uniform(0, 30000), random.uniform(-1, 1, 6) * sizes)
+        time = np.sort(random.uniform(0, _DURATIONS[way], 4))
+        errors = random.uniform(-1, 1, 6) * sizes * fractions[number // 2 % len(fractions)]
+        flight = (time, random.uniform(-7000, 7000), random.uniform(0, 30000), errors)
         probes.append((flight, forced if number % 2 else {}))
     return probes

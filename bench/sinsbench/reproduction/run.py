@@ -11,6 +11,8 @@ from typing import Any
 from sinsbench.claims.model import PAPERS
 from sinsbench.cli.claims import changed_verdicts, claim_rows, story_tables
 from sinsbench.cli.output import Progress
+from sinsbench.report.results import read_results
+from sinsbench.report.write import write_report
 from sinsbench.reproduction.files import write_results
 from sinsbench.reproduction.parallel import Part, run_parts
 from sinsbench.scoring.score import score
@@ -72,7 +74,7 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     Parameters
     ----------
     out : Path
-        The folder: ``data/`` with the datasets, ``summary.md`` and the JSON files.
+        The folder: ``data/`` with the datasets, ``summary.md``, the JSON files and the page ``report.html``.
     progress : callable
         ``progress(done, total, what)``.
 
@@ -91,14 +93,15 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
         datasets.append(_dataset_row(made, checks))
         # What is scored are the cases of the files just written.
         cases += load_cases(made.folder)[1]
+    # The longest first.
     parts = [
-        *(Part(f"scoring on {group[0].name}", score, (_subjects(group), group)) for group in _groups(cases)),
         *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS),
+        *(Part(f"scoring on {group[0].name}", score, (_subjects(group), group)) for group in _groups(cases)),
     ]
     results = run_parts(parts, lambda done, total, what: progress(10 + round(88 * done / total), 100, what))
-    judged = results[-len(PAPERS) :]
+    judged, scored = results[: len(PAPERS)], results[len(PAPERS) :]
     places = {case.name: place for place, case in enumerate(cases)}
-    scores = sorted((row for rows in results[: -len(PAPERS)] for row in rows), key=lambda row: places[row["case"]])
+    scores = sorted((row for rows in scored for row in rows), key=lambda row: places[row["case"]])
     claims = [row for rows, _ in judged for row in rows]
     failures += [
         f"{row['subject']} on {row['case']}: {row['status']}: {row['message']}"
@@ -108,7 +111,8 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     failures += changed_verdicts(claims)
     stories = [story for _, told in judged for story in told]
     result = Reproduction(out, datasets, scores, tuple(cases), claims, stories, _environment(), failures)
-    write_results(result)
+    progress(98, 100, "making the page")
+    write_report(read_results(write_results(result)), out)
     progress(100, 100, "done")
     return result
 

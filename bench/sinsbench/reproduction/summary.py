@@ -11,6 +11,7 @@ from sinsbench.claims.model import VERDICTS
 from sinsbench.cli.claims import claim_table, verdict_counts
 from sinsbench.cli.output import Output, certified, markdown_table
 from sinsbench.cli.scores import native, score_tables
+from sinsbench.report.write import PAGE
 
 if TYPE_CHECKING:
     from sinsbench.reproduction.run import Reproduction
@@ -51,9 +52,9 @@ def sections(result: Reproduction) -> Iterator[Section]:
         certified({**totals, "bounded_ties": 0}),
     )
     yield Section(
-        "Claims: numbers printed in the papers",
+        "Claims: what the papers print",
         verdict_counts(result.claims),
-        "Every number is recomputed; a misprint is a number that a named and tested slip explains.",
+        "Every number and statement is recomputed; a misprint is one that a named and tested slip explains.",
     )
     columns = ("claim", "printed", "computed", "unit", "note")
     for verdict in VERDICTS[1:]:
@@ -128,8 +129,8 @@ def headline(result: Reproduction) -> str:
     total = len(result.claims)
     numbers = {verdict: sum(row["verdict"] == verdict for row in result.claims) for verdict in VERDICTS}
     return (
-        f"{total} printed numbers: {numbers['reproduced']} reproduced, {numbers['misprint']} misprints explained, "
-        f"{numbers['not reproduced']} not reproduced."
+        f"{total} printed numbers and statements: {numbers['reproduced']} reproduced, "
+        f"{numbers['misprint']} misprints explained, {numbers['not reproduced']} not reproduced."
     )
 
 
@@ -148,6 +149,7 @@ def show(result: Reproduction, output: Output) -> None:
     for failure in result.failures:
         output.line(f"does not hold: {failure}")
     output.line(f"Everything is in {result.folder}: summary.md, scores.json, claims.json, stories.json, data/.")
+    output.line(f"The page is {result.folder / PAGE}.")
 
 
 def markdown(result: Reproduction) -> str:

@@ -15,24 +15,27 @@ from sinsbench.scoring.gyroscopic_errors import (
     angle_errors,
     angles_between,
     inputs_of,
+    law_of_gyropendulum,
     rows_at,
     start_of,
     vertical_error,
 )
-from sinsbench.scoring.gyroscopic_responses import PERTURBATIONS, oscillation, response
-from sinsbench.scoring.rows import Field
+from sinsbench.scoring.gyroscopic_growth import oscillation
+from sinsbench.scoring.rows import Field, plain_row
 from sinsbench.scoring.running import RunError, run
 from sinsbench.subjects.gyroscopic.contract import BrokenConditionError, Start
 from sinsbench.subjects.gyroscopic.read_out import ANGLES
 from sinsbench.subjects.loading import LoadedSubject
+from sinsbench.subjects.registry import GYRO_SYSTEMS
+from sinsdata.cases import CaseError
 from sinsdata.cases.gyroscopic import GyroCase
 from sinsdata.truth.gyroscopic import GyroMotion, sampled
 
-__all__ = ["FIELDS", "HOURS", "LADDER", "RESPONSE_FIELDS", "ladder", "score_gyroscopic", "score_responses"]
+__all__ = ["FIELDS", "HOURS", "LADDER", "TIMES", "at_hours", "checked", "error_history", "identity", "ladder",
+           "period_of", "score_gyroscopic", "start"]  # fmt: skip
 
 Array = NDArray[np.float64]
 
-DATASET = "gyro_systems"
 LADDER = (Fraction(8), Fraction(4), Fraction(2), Fraction(1))
 """Sampling intervals of a ladder, in units of the case's own."""
 HOURS = {"1h": 3600.0, "2h": 7200.0, "4h": 14400.0}
@@ -41,7 +44,8 @@ HOURS = {"1h": 3600.0, "2h": 7200.0, "4h": 14400.0}
 _COLUMNS = {"vertical": 3, "attitude": 4, "trihedron": 4, "speed": 0}
 _UNIT = 1e-6  # how far a norm may be from 1: an error of the vertical by as much would be seen, a slip in units is not
 
-_TIMES = (*((name, f"after {name[0]} h") for name in HOURS), ("max", "largest absolute value"))
+TIMES = (*((name, f"after {name[0]} h") for name in HOURS), ("max", "largest absolute value"))
+"""Ends of the names of fields that tell a value at these times, and what they say."""
 
 FIELDS = (
     Field("subject", "", "name of the subject"),
@@ -55,7 +59,7 @@ FIELDS = (
     Field("ns_per_step", "ns", "least time over the repetitions, a step"),
     *(
         Field(f"vertical_error_{name}_m", "m", f"R times the angle to the true vertical, {text}")
-        for name, text in _TIMES
+        for name, text in TIMES
     ),
     Field("vertical_error_max_arcsec", "arcsec", "largest angle to the true vertical"),
     Field("vertical_error_along_max_m", "m", "largest part of it along the absolute velocity"),
@@ -63,43 +67,29 @@ FIELDS = (
     *(
         Field(f"{angle}_error_{name}_arcsec", "arcsec", f"error of the {angle.replace('_', ' ')}, {text}")
         for angle in ANGLES
-        for name, text in _TIMES
+        for name, text in TIMES
     ),
     Field("speed_error_max", "m/s", "largest error of the absolute speed"),
     Field("attitude_error_max", "rad", "largest angle between computed and true attitude of the vehicle"),
     Field("observed_order", "", "slope of the differences between the verticals of neighbouring rungs"),
     Field("order_residual", "log2", "root mean square deviation from that slope, in powers of two"),
     Field("order_points", "", "differences that the order rests on"),
-    Field("error_period", "s", "period of the error's part along the velocity, where the motion lasts 8000 s or more"),
+    Field("error_period", "s", "period of the part along the velocity, where the motion lasts 1.4 Schuler periods"),
+    Field("error_period_residual", "", "what is left of that part beside the oscillation, relative to its amplitude"),
+    Field("schuler_period", "s", "2 pi sqrt(R/g)"),
+    Field("speed_ratio_max", "", "largest q = v/sqrt(g R) of the motion"),
+    Field(
+        "system_error_max",
+        "rad",
+        "largest angle to the true vertical once that is extrapolated to the interval 0 from this one and the next "
+        "coarser: the error of the system; none where that of the integration hides it",
+    ),
+    Field(
+        "law_error_max",
+        "rad",
+        "as system_error_max, to the axis of a gyropendulum by its law alpha = -v/sqrt(g R)",
+    ),
 )
-
-RESPONSE_FIELDS = (
-    *FIELDS[:4],
-    Field("status", "", "as in the scores"),
-    Field("message", "", "as in the scores"),
-    Field("error", "", "what is wrong: a name of `sinsbench.scoring.gyroscopic_responses.PERTURBATIONS`"),
-    Field("size", "", "by how much, in `unit`"),
-    Field("unit", "", "unit of the size"),
-    *(Field(f"response_{name}_m", "m", f"R times the angle between the verticals, {text}") for name, text in _TIMES),
-)
-
-
-def _row(fields: Sequence[Field], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a row with every field, of plain values; NaN and infinity become None.
-
-    Raises
-    ------
-    KeyError
-        For a name that is not a field.
-    """
-    names = [field.name for field in fields]
-    if unknown := set(values) - set(names):
-        raise KeyError(f"no such fields: {', '.join(sorted(unknown))}")
-    plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in values.items()}
-    return {
-        name: None if isinstance(plain.get(name), float) and not np.isfinite(plain[name]) else plain.get(name)
-        for name in names
-    }
 
 
 def ladder(case: GyroCase, factors: Sequence[Fraction] = LADDER) -> tuple[GyroMotion, ...]:
@@ -113,7 +103,7 @@ def ladder(case: GyroCase, factors: Sequence[Fraction] = LADDER) -> tuple[GyroMo
 
     Raises
     ------
-    ValueError
+    CaseError
         If no interval is left.
     """
     steps = {factor: Fraction(case.samples) / factor for factor in map(Fraction, factors)}
@@ -121,7 +111,8 @@ def ladder(case: GyroCase, factors: Sequence[Fraction] = LADDER) -> tuple[GyroMo
         (factor for factor, count in steps.items() if count.denominator == 1 and count % 4 == 0), reverse=True
     )
     if not used:
-        raise ValueError(f"none of the intervals asked for divides {case.duration.text} s into whole steps of four")
+        why = f"none of the intervals of the ladder divides {case.duration.text} s into whole steps of four"
+        raise CaseError("interval", case.interval, f"{why} (case {case.name})")
     finest = sampled(case, used[-1])
     strides = [factor / used[-1] for factor in used]
     # Proofs of digits cost far more than the subjects do: what the finest rung holds is not proved again.
@@ -145,7 +136,7 @@ def _thinned(motion: GyroMotion, stride: int) -> GyroMotion:
     return replace(motion, interval=motion.interval * stride, **arrays)
 
 
-def _checked(result: Any, intervals: int) -> dict[str, Array]:
+def checked(result: Any, intervals: int) -> dict[str, Array]:
     """Return what a subject computed as arrays.
 
     Raises
@@ -181,7 +172,7 @@ def _checked(result: Any, intervals: int) -> dict[str, Array]:
     return arrays
 
 
-def _told(prefix: str, unit: str, time: Array, values: Array, scale: float) -> dict[str, float]:
+def at_hours(prefix: str, unit: str, time: Array, values: Array, scale: float) -> dict[str, float]:
     """Return values at the hours that the motion lasts to, and the largest one."""
     told = {}
     for name, when in HOURS.items():
@@ -191,15 +182,23 @@ def _told(prefix: str, unit: str, time: Array, values: Array, scale: float) -> d
     return told | {f"{prefix}_max_{unit}": float(np.abs(values).max()) * scale}
 
 
-def _measured(arrays: Mapping[str, Array], truth: GyroMotion, radius: float) -> dict[str, Any]:
+def period_of(case: GyroCase) -> float:
+    """Return the Schuler period 2 pi sqrt(R/g) of a case, s."""
+    return float(2 * np.pi * np.sqrt(float(case.radius) / float(case.gravity)))
+
+
+def _measured(arrays: Mapping[str, Array], truth: GyroMotion, case: GyroCase) -> dict[str, Any]:
+    radius, schuler_speed = float(case.radius), float(np.sqrt(float(case.radius) * float(case.gravity)))
     count = len(arrays["vertical"])
     time = rows_at(truth.time, count)
     error = vertical_error(arrays["vertical"], truth)
     told: dict[str, Any] = {
-        **_told("vertical_error", "m", time, error.angle, radius),
+        **at_hours("vertical_error", "m", time, error.angle, radius),
         "vertical_error_max_arcsec": error.angle.max() / ARCSECOND,
         "vertical_error_along_max_m": np.abs(error.along).max() * radius,
         "vertical_error_left_max_m": np.abs(error.left).max() * radius,
+        "schuler_period": period_of(case),
+        "speed_ratio_max": truth.speed.max() / schuler_speed,
     }
     if "speed" in arrays:
         told["speed_error_max"] = np.abs(arrays["speed"] - rows_at(truth.speed, count)).max()
@@ -209,12 +208,47 @@ def _measured(arrays: Mapping[str, Array], truth: GyroMotion, radius: float) -> 
     if {"attitude", "trihedron"} <= set(arrays):
         try:
             for name, values in angle_errors(arrays, truth).items():
-                told |= _told(f"{name}_error", "arcsec", time, values, 1 / ARCSECOND)
+                told |= at_hours(f"{name}_error", "arcsec", time, values, 1 / ARCSECOND)
         except BrokenConditionError as broken:
             told["message"] = f"no angles: {broken}"
-    if time[-1] - time[0] >= 8000 and np.isfinite(error.along).all():
-        told["error_period"] = oscillation(time, error.along).period
+    if np.isfinite(error.along).all():
+        try:
+            swing = oscillation(time, error.along, period_of(case))
+        except ValueError:  # a short motion
+            return told
+        told |= {"error_period": swing.period, "error_period_residual": swing.residual}
     return told
+
+
+def _system_errors(coarse: Array, fine: Array, truth: GyroMotion, order: float, case: GyroCase) -> dict[str, float]:
+    """Return the errors of the system without those of the integration, which fall with a power of the interval.
+
+    Parameters
+    ----------
+    coarse, fine : ndarray
+        Verticals at twice the interval of the truth, and at that.
+    truth : GyroMotion
+    order : float
+        The power.
+    case : GyroCase
+    """
+    common = int(np.gcd(len(coarse) - 1, len(fine) - 1)) + 1
+    coarse, fine = rows_at(coarse, common), rows_at(fine, common)
+    step = (fine - coarse) / (2**order - 1)
+    limit = fine + step
+    limit /= np.linalg.norm(limit, axis=1, keepdims=True)
+    law = law_of_gyropendulum(truth, common, np.sqrt(float(case.radius) * float(case.gravity)))
+    found = {
+        "system_error_max": float(vertical_error(limit, truth).angle.max()),
+        "law_error_max": float(angles_between(limit, law).max()),
+    }
+    integrated = np.linalg.norm(step, axis=1).max() + _rounding_bound(fine)
+    return {name: value for name, value in found.items() if value > integrated}
+
+
+def _rounding_bound(vertical: Array) -> float:
+    """Return the most that rounding can do: a unit roundoff for each of the three numbers of a vertical and step."""
+    return float(3 * np.finfo(np.float64).eps * len(vertical))
 
 
 def _order(verticals: Mapping[int, Array], intervals: Sequence[float]) -> Convergence:
@@ -227,12 +261,12 @@ def _order(verticals: Mapping[int, Array], intervals: Sequence[float]) -> Conver
             differences.append(float(angles_between(*pair).max()))
         else:
             differences.append(float("nan"))
-        # The most that rounding can do: a unit roundoff for each of the three numbers of a vertical and step.
-        bounds.append(3 * np.finfo(np.float64).eps * max(len(v) for v in verticals.values()) if verticals else 0.0)
+        bounds.append(max(map(_rounding_bound, verticals.values()), default=0.0))
     return convergence(intervals[:-1], differences, [0.0] * len(bounds), bounds)
 
 
-def _start(case: GyroCase, truth: GyroMotion) -> Start:
+def start(case: GyroCase, truth: GyroMotion) -> Start:
+    """Return the start of a case over its sphere."""
     return start_of(truth, float(case.radius), float(case.gravity))
 
 
@@ -268,12 +302,12 @@ def score_gyroscopic(
         try:
             timed = run(
                 loaded.function,
-                (inputs_of(truth, increments=increments), _start(case, truth)),
+                (inputs_of(truth, increments=increments), start(case, truth)),
                 repetitions,
                 warm or bool(verticals),
             )
-            arrays = _checked(timed.result, intervals)
-            told = {"status": "ok", **_measured(arrays, truth, float(case.radius))}
+            arrays = checked(timed.result, intervals)
+            told = {"status": "ok", **_measured(arrays, truth, case)}
         except RunError as error:
             measured.append({"status": error.status, "message": str(error)})
             continue
@@ -283,55 +317,52 @@ def score_gyroscopic(
         measured.append(told)
     fit = _order(verticals, [truth.interval for truth in rungs])
     order = {"observed_order": fit.order, "order_residual": fit.residual, "order_points": fit.points}
+    power = loaded.subject.order or fit.order
+    for k in range(1, len(rungs)):
+        if power and k in verticals and k - 1 in verticals and rungs[k - 1].interval == 2 * rungs[k].interval:
+            measured[k] |= _system_errors(verticals[k - 1], verticals[k], rungs[k], power, case)
     return [
-        _row(FIELDS, _names(loaded, case, truth) | told | (order if k in verticals else {}))
+        plain_row(FIELDS, identity(loaded, case, truth) | told | (order if k in verticals else {}))
         for k, (truth, told) in enumerate(zip(rungs, measured, strict=True))
     ]
 
 
-def _names(loaded: LoadedSubject, case: GyroCase, truth: GyroMotion) -> dict[str, Any]:
-    return {
-        "subject": loaded.subject.name,
-        "dataset": DATASET,
-        "case": case.name,
-        "interval": truth.interval,
-        "samples_per_step": loaded.subject.samples_per_step,
-        "takes": loaded.subject.takes or "points",
-    }
-
-
-def score_responses(loaded: LoadedSubject, case: GyroCase, truth: GyroMotion) -> list[dict[str, Any]]:
-    """Tell how a subject answers to errors of the instruments and of the start: one row an error.
+def error_history(loaded: LoadedSubject, case: GyroCase, truth: GyroMotion) -> dict[str, Array]:
+    """Return the error of a subject's vertical over time, for a plot.
 
     Parameters
     ----------
-    loaded : LoadedSubject
+    loaded, case
         As for `score_gyroscopic`.
-    case : GyroCase
     truth : GyroMotion
         The case at one interval.
 
     Returns
     -------
-    list of dict
-        Rows with the fields `RESPONSE_FIELDS`: distances between the verticals with the error and without.
+    dict of str to ndarray, shape (m + 1,)
+        ``time``, s; ``angle``, ``along`` the absolute velocity and ``left`` of it, R times the angle, m. They swing
+        with `period_of` the case.
+
+    Raises
+    ------
+    RunError
+        If the subject yields no usable result.
     """
-    inputs, start = inputs_of(truth, increments=loaded.subject.takes == "increments"), _start(case, truth)
-    names = {name: value for name, value in _names(loaded, case, truth).items() if name in {f.name for f in FIELDS[:4]}}
-    rows = []
-    for perturbation in PERTURBATIONS.values():
-        told: dict[str, Any] = {
-            **names,
-            "error": perturbation.name,
-            "size": perturbation.size,
-            "unit": perturbation.unit,
-        }
-        try:
-            angles = run(response, (loaded.function, inputs, start, perturbation), repetitions=0).result
-        except RunError as error:
-            told |= {"status": error.status, "message": str(error)}
-        else:
-            time = rows_at(truth.time, len(angles))
-            told |= {"status": "ok", **_told("response", "m", time, angles, float(case.radius))}
-        rows.append(_row(RESPONSE_FIELDS, told))
-    return rows
+    inputs = inputs_of(truth, increments=loaded.subject.takes == "increments")
+    result = run(loaded.function, (inputs, start(case, truth)), repetitions=0).result
+    vertical = checked(result, len(truth.time) - 1)["vertical"]
+    error, radius = vertical_error(vertical, truth), float(case.radius)
+    metres = {"angle": radius * error.angle, "along": radius * error.along, "left": radius * error.left}
+    return {"time": rows_at(truth.time, len(vertical)), **metres}
+
+
+def identity(loaded: LoadedSubject, case: GyroCase, truth: GyroMotion) -> dict[str, Any]:
+    """Return the fields that say which subject ran on what."""
+    return {
+        "subject": loaded.subject.name,
+        "dataset": GYRO_SYSTEMS,
+        "case": case.name,
+        "interval": truth.interval,
+        "samples_per_step": loaded.subject.samples_per_step,
+        "takes": loaded.subject.takes or "points",
+    }

@@ -15,13 +15,29 @@ from sinsbench.subjects.gyroscopic.read_out import ANGLES, read_out
 from sinsbench.subjects.gyroscopic.start_rules import rotated
 from sinsdata.truth.gyroscopic import GyroMotion
 
-__all__ = ["ARCSECOND", "VerticalError", "angle_errors", "angles_between", "inputs_of", "rows_at", "start_of",
-           "vertical_error"]  # fmt: skip
+__all__ = ["ARCSECOND", "KINDS", "VerticalError", "angle_errors", "angles_between", "inputs_of", "known_kind",
+           "law_of_gyropendulum", "rows_at", "start_of", "vertical_error"]  # fmt: skip
 
 Array = NDArray[np.float64]
 
 ARCSECOND = float(np.pi / 648000)
 """Radians in one second of arc."""
+
+KINDS = ("points", "increments")
+"""What a gyroscopic system may be fed; the first is what one is fed that declares nothing."""
+
+
+def known_kind(name: str) -> str:
+    """Return a name of `KINDS` as it is.
+
+    Raises
+    ------
+    ValueError
+        For any other.
+    """
+    if name not in KINDS:
+        raise ValueError(f"unknown input convention {name!r} of gyroscopic systems; admissible: {', '.join(KINDS)}")
+    return name
 
 
 def inputs_of(truth: GyroMotion, *, increments: bool = False) -> Inputs:
@@ -39,7 +55,9 @@ def inputs_of(truth: GyroMotion, *, increments: bool = False) -> Inputs:
 
 def start_of(truth: GyroMotion, radius: float, gravity: float) -> Start:
     """Return the start of a motion over a sphere of radius R, m, with attraction g on it, m/s^2."""
-    start = Start(truth.attitude[0], truth.vertical[0], truth.velocity[0], radius, gravity)
+    start = Start(
+        truth.attitude[0], truth.vertical[0], truth.velocity[0], radius, gravity, distance=float(truth.radius[0])
+    )
     if not start.speed > 0:
         return start
     left = rotated(truth.attitude[0], truth.specific_force[0]) @ start.axes()[1]
@@ -98,6 +116,27 @@ def vertical_error(vertical: Array, truth: GyroMotion) -> VerticalError:
     y2 = np.cross(true, y1)
     angle = 2 * np.arctan2(np.linalg.norm(error, axis=1), np.linalg.norm(vertical + true, axis=1))
     return VerticalError(np.sum(error * y1, axis=1), np.sum(error * y2, axis=1), angle)
+
+
+def law_of_gyropendulum(truth: GyroMotion, count: int, schuler_speed: float) -> Array:
+    """Return the axis of a gyropendulum by section 2.1 of Chelnokov 1991: alpha = -v/V from the vertical, about y1.
+
+    Parameters
+    ----------
+    truth : GyroMotion
+    count : int
+        Number of rows, as for `rows_at`.
+    schuler_speed : float
+        V = sqrt(g R), m/s.
+
+    Returns
+    -------
+    ndarray, shape (count, 3)
+        Unit vectors in X: the vertical, inclined to the left of the velocity.
+    """
+    alpha = -rows_at(truth.speed, count)[:, None] / schuler_speed
+    axes = [rotated(rows_at(truth.trihedron, count), axis) for axis in np.eye(3)[1:]]
+    return np.asarray(np.cos(alpha) * axes[1] - np.sin(alpha) * axes[0])
 
 
 def angle_errors(result: Mapping[str, Array], truth: GyroMotion) -> dict[str, Array]:

@@ -1,17 +1,25 @@
-"""How gyroscopic systems answer to errors of the sensors and of the start; how their own errors grow and swing."""
+"""How gyroscopic systems answer to errors of the sensors and of the start."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sinsbench.scoring.gyroscopic_errors import angles_between
+from sinsbench.scoring import gyroscopic as scores
+from sinsbench.scoring.gyroscopic_errors import angles_between, inputs_of, rows_at
+from sinsbench.scoring.gyroscopic_growth import expected_periods, oscillation
+from sinsbench.scoring.rows import Field, plain_row
+from sinsbench.scoring.running import RunError, run
 from sinsbench.subjects.gyroscopic.contract import Inputs, Start
 from sinsbench.subjects.gyroscopic.drivers import GyroscopicSubject
 from sinsbench.subjects.gyroscopic.start_rules import rotated
+from sinsbench.subjects.loading import LoadedSubject
+from sinsdata.cases.gyroscopic import GyroCase
+from sinsdata.truth.gyroscopic import GyroMotion
 
-__all__ = ["PERTURBATIONS", "Oscillation", "Perturbation", "growth_order", "oscillation", "response"]
+__all__ = ["PERTURBATIONS", "RESPONSE_FIELDS", "Perturbation", "response", "score_responses"]
 
 Array = NDArray[np.float64]
 
@@ -113,86 +121,96 @@ def response(subject: GyroscopicSubject, inputs: Inputs, start: Start, perturbat
     return angles_between(subject(perturbation.inputs(inputs), perturbation.start(start))["vertical"], undisturbed)
 
 
-def growth_order(scales: Sequence[float], errors: Sequence[float]) -> float:
-    """Return the power of the scale with which errors grow: the least-squares slope of their logarithms.
+_SWINGS = 0.05
+"""A period is told where no more is left beside the oscillation, relative to it, and it is no less of the response."""
+
+RESPONSE_FIELDS = (
+    *scores.FIELDS[:4],
+    Field("status", "", "as in the scores"),
+    Field("message", "", "as in the scores"),
+    Field("error", "", "what is wrong: a name of `sinsbench.scoring.gyroscopic_responses.PERTURBATIONS`"),
+    Field("size", "", "by how much, in `unit`"),
+    Field("unit", "", "unit of the size"),
+    *(
+        Field(f"response_{name}_m", "m", f"R times the angle between the verticals, {text}")
+        for name, text in scores.TIMES
+    ),
+    *(
+        field
+        for name, axis in (("along", "along the velocity at the start, kept in azimuth"), ("left", "to the left of it"))
+        for field in (
+            Field(f"period_{name}", "s", f"period of the response to an error of the start, {axis}, where it swings"),
+            Field(f"expected_period_{name}", "s", "by theory (built-in systems at constant speed on a great circle)"),
+        )
+    ),
+    Field("schuler_period", "s", "2 pi sqrt(R/g)"),
+)
+
+
+def score_responses(loaded: LoadedSubject, case: GyroCase, truth: GyroMotion) -> list[dict[str, Any]]:
+    """Tell how a subject answers to errors of the instruments and of the start: one row an error.
 
     Parameters
     ----------
-    scales, errors : sequence of float
-        Positive numbers, such as q = v/V and the largest error at that speed; two at least.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two, or one is not positive.
-    """
-    x, y = np.asarray(scales, np.float64), np.asarray(errors, np.float64)
-    if x.size < 2 or x.shape != y.shape or not ((x > 0).all() and (y > 0).all()):
-        raise ValueError("two or more positive scales, and as many positive errors, are needed for an order of growth")
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
-@dataclass(frozen=True)
-class Oscillation:
-    """An oscillation about a straight line, fitted to an error.
-
-    Attributes
-    ----------
-    period : float
-        s.
-    amplitude : float
-        In the unit of the error.
-    residual : float
-        Root mean square of what is left, relative to the amplitude.
-    """
-
-    period: float
-    amplitude: float
-    residual: float
-
-
-def oscillation(time: Array, error: Array, shortest: float = 3000.0, longest: float = 8000.0) -> Oscillation:
-    """Measure the period of an error: that with which b + c t + A cos wt + B sin wt fits best.
-
-    Parameters
-    ----------
-    time, error : ndarray, shape (n,)
-        s, any unit.
-    shortest, longest : float
-        Periods searched, s.
+    loaded : LoadedSubject
+        As for `sinsbench.scoring.gyroscopic.score_gyroscopic`.
+    case : GyroCase
+    truth : GyroMotion
+        The case at one interval.
 
     Returns
     -------
-    Oscillation
-
-    Raises
-    ------
-    ValueError
-        If the times span less than the longest period, which leaves a period undetermined.
+    list of dict
+        Rows with the fields `RESPONSE_FIELDS`: distances between the verticals with the error and without.
     """
-    from scipy.optimize import minimize_scalar
+    start = scores.start(case, truth)
+    kept = {field.name for field in RESPONSE_FIELDS}
+    common = {name: value for name, value in scores.identity(loaded, case, truth).items() if name in kept}
+    common["schuler_period"] = scores.period_of(case)
 
-    span = float(time[-1] - time[0])
-    if span < longest:
-        raise ValueError(f"an error over {span:.9g} s cannot tell a period of up to {longest:.9g} s")
-    scale = float(np.abs(error).max()) or 1.0
-    x, y = (time - time[0]) / span, error / scale
+    def vertical(perturbation: Perturbation) -> Array:
+        inputs = perturbation.inputs(inputs_of(truth, increments=loaded.subject.takes == "increments"))
+        result = run(loaded.function, (inputs, perturbation.start(start)), repetitions=0).result
+        return scores.checked(result, len(truth.time) - 1)["vertical"]
 
-    def fit(period: float) -> tuple[Array, Array]:
-        angle = 2 * np.pi * span / period * x
-        basis = np.column_stack([np.ones_like(x), x, np.cos(angle), np.sin(angle)])
-        weights = np.linalg.lstsq(basis, y, rcond=None)[0]
-        return weights, y - basis @ weights
+    rows, undisturbed = [], None
+    for perturbation in PERTURBATIONS.values():
+        told = {**common, "error": perturbation.name, "size": perturbation.size, "unit": perturbation.unit}
+        try:
+            undisturbed = vertical(_NONE) if undisturbed is None else undisturbed
+            disturbed = vertical(perturbation)
+        except RunError as error:
+            told |= {"status": error.status, "message": str(error)}
+        else:
+            time, angles = rows_at(truth.time, len(disturbed)), angles_between(disturbed, undisturbed)
+            told |= {"status": "ok", **scores.at_hours("response", "m", time, angles, float(case.radius))}
+            if not (perturbation.gyro or perturbation.accelerometer):  # a bias drives what it sets swinging
+                told |= _periods(disturbed - undisturbed, truth, case)
+                told |= expected_periods(loaded.subject.name, case)
+        rows.append(plain_row(RESPONSE_FIELDS, told))
+    return rows
 
-    def misfit(period: float) -> float:
-        return float(np.mean(fit(period)[1] ** 2))
 
-    # The frequency resolution of the record is 1/span: several trial frequencies within each leave no valley unseen.
-    trials = 1 / np.linspace(1 / longest, 1 / shortest, 2 + 8 * int(np.ceil(span * (1 / shortest - 1 / longest))))
-    best = int(np.argmin([misfit(period) for period in trials]))
-    bounds = trials[min(best + 1, len(trials) - 1)], trials[max(best - 1, 0)]
-    # A misfit is flat at its minimum: a parabola through it is found to the square root of the rounding of its value.
-    period = float(minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-7 * longest}).x)
-    weights, left = fit(period)
-    amplitude = float(np.hypot(weights[2], weights[3]))
-    return Oscillation(period, amplitude * scale, float(np.sqrt(np.mean(left**2)) / amplitude))
+_NONE = Perturbation("none", 0.0, "")
+
+
+def _periods(difference: Array, truth: GyroMotion, case: GyroCase) -> dict[str, float]:
+    """Return the periods of the parts of a response along the velocity at the start, and to the left of it."""
+    count = len(difference)
+    time, speed = rows_at(truth.time, count), rows_at(truth.speed, count)
+    y1, y2 = (rotated(rows_at(truth.trihedron, count), axis) for axis in np.eye(3)[:2])
+    force = rotated(rows_at(truth.attitude, count), rows_at(truth.specific_force, count))
+    turn_rate = np.sum(force * y2, axis=1) / speed  # a_2 = v w3
+    # Axes that turn with the velocity would mix the two oscillations.
+    turned = np.append(0.0, np.cumsum((turn_rate[1:] + turn_rate[:-1]) / 2 * np.diff(time)))
+    along, left = np.sum(difference * y1, axis=1), np.sum(difference * y2, axis=1)
+    cosine, sine = np.cos(turned), np.sin(turned)
+    periods, size = {}, np.linalg.norm(difference, axis=1).max()
+    for name, values in (("along", cosine * along - sine * left), ("left", sine * along + cosine * left)):
+        try:
+            swing = oscillation(time, values, scores.period_of(case))
+        except ValueError:  # a short motion
+            continue
+        if swing.residual < _SWINGS and swing.amplitude > _SWINGS * size:
+            periods[f"period_{name}"] = swing.period
+    return periods

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+from sinsbench.scoring import gyroscopic
+from sinsbench.scoring.gyroscopic_responses import RESPONSE_FIELDS
 from sinsbench.scoring.rows import SCORE_FIELDS
 
 __all__ = ["Requirement", "RequirementError", "parse_requirement", "violations"]
@@ -20,6 +22,7 @@ _OPERATORS: Mapping[str, Callable[[Any, Any], bool]] = {
     ">": operator.gt,
 }
 _PATTERN = re.compile(r"\s*(\w+)\s*(<=|>=|==|<|>)\s*(.*?)\s*")
+_KNOWN = tuple(dict.fromkeys([*SCORE_FIELDS, *(field.name for field in (*gyroscopic.FIELDS, *RESPONSE_FIELDS))]))
 _WORDS = {"true": True, "yes": True, "false": False, "no": False}
 
 
@@ -70,8 +73,8 @@ def parse_requirement(text: str) -> Requirement:
     if not found or not found[3]:
         raise RequirementError(f"--require {text!r}: write FIELD<NUMBER, with one of {' '.join(_OPERATORS)}")
     field, comparison, given = found.groups()
-    if field not in SCORE_FIELDS:
-        near = difflib.get_close_matches(field, SCORE_FIELDS, n=3, cutoff=0.4)
+    if field not in _KNOWN:
+        near = difflib.get_close_matches(field, _KNOWN, n=3, cutoff=0.4)
         hint = f"did you mean {' or '.join(near)}?" if near else "see the fields of `sinsbench score --json`"
         raise RequirementError(f"--require {text!r}: there is no field {field!r}; {hint}")
     try:

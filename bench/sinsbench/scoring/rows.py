@@ -1,12 +1,12 @@
 """The fields of a row of scores: name, unit and meaning, as data."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["FIELDS", "SCORE_FIELDS", "STATUSES", "Field", "row"]
+__all__ = ["FIELDS", "SCORE_FIELDS", "STATUSES", "Field", "plain_row", "row"]
 
 STATUSES = (
     *("ok", "error", "wrong shape", "not finite", "not applicable"),
@@ -156,6 +156,11 @@ SCORE_FIELDS = tuple(field.name for field in FIELDS)
 
 
 def row(**values: Any) -> dict[str, Any]:
+    """Return a row with every field of `FIELDS`; see `plain_row`."""
+    return plain_row(FIELDS, values)
+
+
+def plain_row(fields: Iterable[Field], values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a row with every field, of plain values; NaN and infinity become None.
 
     Raises
@@ -163,10 +168,11 @@ def row(**values: Any) -> dict[str, Any]:
     KeyError
         For a name that is not a field.
     """
-    unknown = set(values) - set(SCORE_FIELDS)
+    names = [field.name for field in fields]
+    unknown = set(values).difference(names)
     if unknown:
         raise KeyError(f"no such fields: {', '.join(sorted(unknown))}")
-    return {name: _plain(values.get(name)) for name in SCORE_FIELDS}
+    return {name: _plain(values.get(name)) for name in names}
 
 
 def _plain(value: Any) -> Any:

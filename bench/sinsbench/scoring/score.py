@@ -7,40 +7,51 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from sinsbench.peers.subjects import loaded_peer
+from sinsbench.scoring import gyroscopic
 from sinsbench.scoring.formulas import EquatorReference, equator_reference, score_formula
+from sinsbench.scoring.gyroscopic_errors import KINDS, known_kind
+from sinsbench.scoring.gyroscopic_responses import score_responses
 from sinsbench.scoring.integrators import LADDER, Rung, ladder, score_integrator
 from sinsbench.scoring.rows import SCORE_FIELDS
 from sinsbench.subjects.loading import LoadedSubject, SubjectError, resolve
-from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS, subjects_of
-from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase
+from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS, GYRO_SYSTEMS, subjects_of
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, GyroCase
 from sinsdata.tiers import known_dataset, paper_cases
 from sinsdata.truth.conventions import known_convention
+from sinsdata.truth.gyroscopic import GyroMotion, sampled
 
-__all__ = ["SCORE_FIELDS", "Progress", "Reference", "convention_of", "loaded_subjects", "prepare", "score"]
+__all__ = ["SCORE_FIELDS", "Progress", "Reference", "convention_of", "loaded_subjects", "prepare", "responses", "score"]
 
 #: What an integrator is fed that declares nothing.
 DEFAULT_CONVENTION = "increments"
+
+#: Dataset -> what its subjects are fed that declare nothing, and a function that refuses any other name.
+_FED: Mapping[str, tuple[str, Callable[[str], object]]] = {
+    DUAL_PRECESSION: (DEFAULT_CONVENTION, known_convention),
+    GYRO_SYSTEMS: (KINDS[0], known_kind),
+}
 
 #: Called with the number of parts done, the number of all, and what comes next.
 Progress: TypeAlias = Callable[[int, int, str], None]
 
 #: What the subjects of a case are given and measured against; for integrators by input convention.
-Reference: TypeAlias = Mapping[str, tuple[Rung, ...]] | EquatorReference
+Reference: TypeAlias = Mapping[str, tuple[Rung, ...]] | EquatorReference | tuple[GyroMotion, ...]
 
 #: The built-in ``map``, or one like it that works in several processes.
 Mapper: TypeAlias = Callable[[Callable[[Case], Reference], Iterable[Case]], Iterable[Reference]]
 
 
 def prepare(
-    case: Case, factors: Sequence[Fraction] = LADDER, conventions: Sequence[str] = (DEFAULT_CONVENTION,)
+    case: Case, factors: Sequence[Fraction] | None = None, conventions: Sequence[str] = (DEFAULT_CONVENTION,)
 ) -> Reference:
     """Compute the truth that a case is scored against, with the floors of its inputs.
 
     Parameters
     ----------
-    case : EquatorCase or DualPrecessionCase
-    factors : sequence of Fraction
-        Ladder of sampling intervals in units of the case's.
+    case : EquatorCase, DualPrecessionCase or GyroCase
+    factors : sequence of Fraction, optional
+        Ladder of sampling intervals in units of the case's, by default that of `sinsbench.scoring.integrators` or of
+        `sinsbench.scoring.gyroscopic`.
     conventions : sequence of str
         Input conventions in which integrators are to be fed.
 
@@ -52,8 +63,16 @@ def prepare(
     if isinstance(case, EquatorCase):
         return equator_reference(case)
     if isinstance(case, DualPrecessionCase):
-        return {convention: ladder(case, factors, convention) for convention in conventions}
-    raise ValueError(f"{case.name} is no case to score on; datasets with subjects: {EQUATOR_ERRORS}, {DUAL_PRECESSION}")
+        wanted = LADDER if factors is None else factors
+        return {convention: ladder(case, wanted, convention) for convention in conventions}
+    if isinstance(case, GyroCase):
+        return gyroscopic.ladder(case, gyroscopic.LADDER if factors is None else factors)
+    raise _no_contract(case)
+
+
+def _no_contract(case: Case) -> ValueError:
+    datasets = ", ".join((EQUATOR_ERRORS, *_FED))
+    return ValueError(f"{case.name} is no case to score on; datasets with subjects: {datasets}")
 
 
 def convention_of(loaded: LoadedSubject) -> str:
@@ -85,48 +104,73 @@ def loaded_subjects(
     for subject in (one.subject for one in loaded):
         if subject.dataset not in (None, dataset):
             raise SubjectError(f"{subject.name} is a subject of {subject.dataset}, not of {dataset}")
-    if dataset != DUAL_PRECESSION:
+    if dataset not in _FED:
         if takes is not None:
-            raise SubjectError(f"input conventions belong to {DUAL_PRECESSION}, not to {dataset}")
+            raise SubjectError(f"input conventions belong to {' and '.join(_FED)}, not to {dataset}")
         return loaded
     if takes is not None and all(one.subject.dataset for one in loaded):
         raise SubjectError("built-in subjects declare what they take; another convention is for subjects of your own")
-    return tuple(_fed(one, takes) for one in loaded)
+    return tuple(_fed(one, dataset, takes) for one in loaded)
 
 
-def _fed(one: LoadedSubject, takes: str | None) -> LoadedSubject:
+def _fed(one: LoadedSubject, dataset: str, takes: str | None) -> LoadedSubject:
     """Return a subject with the convention that it takes, an admissible one."""
     subject = one.subject
     if subject.takes is None and takes is not None:
         subject = replace(subject, takes=takes)
     elif takes not in (None, subject.takes) and subject.dataset is None:
         raise SubjectError(f"{subject.name} declares that it takes {subject.takes}, not {takes}")
+    default, known = _FED[dataset]
     try:
-        known_convention(subject.takes or DEFAULT_CONVENTION)
+        known(subject.takes or default)
     except ValueError as error:
         raise SubjectError(f"{subject.name}: {error}") from None
     return replace(one, subject=subject)
 
 
-def _on_case(
-    one: LoadedSubject, case: DualPrecessionCase, rungs: Sequence[Rung]
-) -> tuple[LoadedSubject, Sequence[Rung]]:
-    """Return what runs on a case, and on which rungs: results computed beforehand have the case's own interval."""
-    if one.of_case is None:
-        return one, rungs
-    own = float(case.interval)
-    return one.of_case(case.name, own), [rung for rung in rungs if rung.motion.interval == own]
+def _looked_up(one: LoadedSubject, case: Case) -> LoadedSubject:
+    """Return what runs on a case: of results computed beforehand, those of the case."""
+    return one if one.of_case is None else one.of_case(case.name, float(case.interval))
+
+
+def _rows(one: LoadedSubject, case: Case, reference: Reference, repetitions: int, warm: bool) -> list[dict[str, Any]]:
+    """Score a subject on a case; results computed beforehand have the case's own sampling interval alone."""
+    subject, own = _looked_up(one, case), float(case.interval)
+    if isinstance(case, EquatorCase) and isinstance(reference, EquatorReference):
+        return score_formula(subject, case, reference, repetitions, warm=warm)
+    if isinstance(case, DualPrecessionCase) and isinstance(reference, Mapping):
+        rungs = [rung for rung in reference[convention_of(one)] if one.of_case is None or rung.motion.interval == own]
+        return score_integrator(subject, case, rungs, repetitions, warm=warm)
+    if isinstance(case, GyroCase) and isinstance(reference, tuple):
+        motions = [motion for motion in reference if one.of_case is None or motion.interval == own]
+        return gyroscopic.score_gyroscopic(subject, case, motions, repetitions, warm=warm)
+    raise _no_contract(case)
+
+
+def _of_one_dataset(on: str | Sequence[Case]) -> tuple[str, tuple[Case, ...]]:
+    """Return the dataset of cases, and the cases; of a dataset's name, those of its tier ``paper``.
+
+    Raises
+    ------
+    ValueError
+        If the dataset is unknown, or the cases are none or of several datasets.
+    """
+    cases = paper_cases(known_dataset(on)) if isinstance(on, str) else tuple(on)
+    datasets = [name for name, kind in CASE_CLASSES.items() if cases and all(isinstance(x, kind) for x in cases)]
+    if len(datasets) != 1:
+        raise ValueError("the cases to score on must be of one dataset, at least one")
+    return datasets[0], cases
 
 
 def score(
     subjects: Iterable[str | LoadedSubject] | None = None,
     on: str | Sequence[Case] = "dual_precession",
     progress: Progress | None = None,
-    factors: Sequence[Fraction] = LADDER,
+    factors: Sequence[Fraction] | None = None,
     repetitions: int = 3,
     mapper: Mapper = map,
 ) -> list[dict[str, Any]]:
-    """Score subjects: one row for each subject and case and, for integrators, each sampling interval.
+    """Score subjects: one row for each subject and case and, but for formulas, each sampling interval.
 
     Parameters
     ----------
@@ -136,8 +180,8 @@ def score(
         A dataset, for its tier ``paper``, or cases of one dataset.
     progress : callable, optional
         ``progress(done, total, what)``.
-    factors : sequence of Fraction
-        Ladder of sampling intervals in units of the case's.
+    factors : sequence of Fraction, optional
+        As `prepare` takes them.
     repetitions : int, default 3
         Timed calls at most; 0 for no times.
     mapper : callable
@@ -147,8 +191,8 @@ def score(
     Returns
     -------
     list of dict
-        Rows with the fields `SCORE_FIELDS`, of values that JSON can hold. A subject that fails has rows that
-        say so; the others are scored all the same.
+        Rows with the fields `SCORE_FIELDS`, on `gyro_systems` `sinsbench.scoring.gyroscopic.FIELDS`, of values that
+        JSON can hold. A subject that fails has rows that say so; the others are scored all the same.
 
     Raises
     ------
@@ -157,11 +201,8 @@ def score(
     ValueError
         If the dataset is unknown, or the cases are none or of several datasets.
     """
-    cases = paper_cases(known_dataset(on)) if isinstance(on, str) else tuple(on)
-    datasets = [name for name, kind in CASE_CLASSES.items() if cases and all(isinstance(x, kind) for x in cases)]
-    if len(datasets) != 1:
-        raise ValueError("the cases to score on must be of one dataset, at least one")
-    loaded = loaded_subjects(subjects, datasets[0])
+    dataset, cases = _of_one_dataset(on)
+    loaded = loaded_subjects(subjects, dataset)
     if all(one.of_case is not None for one in loaded):
         factors = (Fraction(1),)
     rows: list[dict[str, Any]] = []
@@ -174,17 +215,54 @@ def score(
         done += 1
 
     conventions = tuple(dict.fromkeys(map(convention_of, loaded)))
-    references = iter(mapper(partial(prepare, factors=tuple(factors), conventions=conventions), cases))
+    references = iter(mapper(partial(prepare, factors=factors, conventions=conventions), cases))
     for number, case in enumerate(cases):
         report(f"truth of {case.name}")
         reference = next(references)
         for one in loaded:
             report(f"{one.subject.name} on {case.name}")
-            if isinstance(case, EquatorCase) and isinstance(reference, EquatorReference):
-                subject = one if one.of_case is None else one.of_case(case.name, float(case.interval))
-                rows += score_formula(subject, case, reference, repetitions, warm=number > 0)
-            elif isinstance(case, DualPrecessionCase) and isinstance(reference, Mapping):
-                subject, rungs = _on_case(one, case, reference[convention_of(one)])
-                rows += score_integrator(subject, case, rungs, repetitions, warm=number > 0)
+            rows += _rows(one, case, reference, repetitions, number > 0)
     report("done")
+    return rows
+
+
+def responses(
+    subjects: Iterable[str | LoadedSubject] | None = None,
+    on: str | Sequence[Case] = GYRO_SYSTEMS,
+    progress: Progress | None = None,
+) -> list[dict[str, Any]]:
+    """Tell how gyroscopic systems answer to errors of the sensors and of the start, at the cases' own intervals.
+
+    Parameters
+    ----------
+    subjects, on, progress
+        As for `score`.
+
+    Returns
+    -------
+    list of dict
+        Rows with the fields `sinsbench.scoring.gyroscopic_responses.RESPONSE_FIELDS`, one for each subject, case and
+        error.
+
+    Raises
+    ------
+    SubjectError
+        As for `score`, and for results computed beforehand, which answer to nothing.
+    ValueError
+        If the cases are not of `gyro_systems`.
+    """
+    dataset, cases = _of_one_dataset(on)
+    if dataset != GYRO_SYSTEMS:
+        raise SubjectError(f"responses are those of the subjects of {GYRO_SYSTEMS}, not of {dataset}")
+    loaded = loaded_subjects(subjects, dataset)
+    for one in loaded:
+        if one.of_case is not None:
+            raise SubjectError(f"{one.subject.name}: results computed beforehand do not answer to other inputs")
+    rows: list[dict[str, Any]] = []
+    for number, case in enumerate(case for case in cases if isinstance(case, GyroCase)):
+        if progress is not None:
+            progress(number, len(cases), f"responses on {case.name}")
+        truth = sampled(case)
+        for one in loaded:
+            rows += score_responses(one, case, truth)
     return rows

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sinsbench.subjects.isolation import describe_elsewhere, run_elsewhere
+from sinsbench.subjects.isolation import describe_elsewhere, rows_of, run_elsewhere
 from sinsbench.subjects.loading import LoadedSubject, SubjectError
 from sinsbench.subjects.outcome import Outcome, OutcomeError
 from sinsbench.subjects.processes import Limits, Patience
@@ -46,7 +46,7 @@ class Isolated:
             raise OutcomeError(self.broken.status, str(self.broken))
         python = Path(sys.executable)
         return self._patience.wait(
-            len(arguments[0]), lambda: run_elsewhere(python, self.target, arguments, keywords, self.limits)
+            rows_of(arguments), lambda: run_elsewhere(python, self.target, arguments, keywords, self.limits)
         )
 
 

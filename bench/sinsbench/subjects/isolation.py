@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,31 @@ import numpy as np
 from sinsbench.subjects.outcome import Outcome, OutcomeError
 from sinsbench.subjects.processes import Limits, fail, private_folder, run_process
 
-__all__ = ["OUTPUTS", "Limits", "describe_elsewhere", "run_elsewhere"]
+__all__ = ["OUTPUTS", "Limits", "describe_elsewhere", "rows_of", "run_elsewhere"]
 
-OUTPUTS = ("attitude", "velocity_inertial", "velocity_body")
+OUTPUTS = ("attitude", "velocity_inertial", "velocity_body", "vertical", "trihedron", "speed")
 """What may be taken from a mapping that a function returns."""
 
 _WORKER = Path(__file__).with_name("worker.py")
 _BUDGET = 0.3  # s, after which no further repetition starts
+
+
+def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Yield arrays, numbers and texts of an argument: ``name``, ``name.field`` and ``name.field:key``."""
+    if not is_dataclass(value):
+        yield name, value
+        return
+    for field in fields(value):
+        part = getattr(value, field.name)
+        if isinstance(part, Mapping):
+            yield from ((f"{name}.{field.name}:{key}", leaf) for key, leaf in part.items())
+        else:
+            yield f"{name}.{field.name}", part
+
+
+def rows_of(arguments: Sequence[Any]) -> int:
+    """Return the length of the longest array among arguments and their fields."""
+    return max((len(leaf) for one in arguments for _, leaf in _leaves("", one) if np.ndim(leaf)), default=0)
 
 
 def _request(
@@ -65,7 +84,8 @@ def run_elsewhere(
     target : str
         ``path/to/file.py:name``, or ``package.module:name`` as that interpreter finds it.
     arguments : sequence
-        Arrays and numbers.
+        Arrays and numbers, or dataclasses of these, of texts and of mappings of arrays, in whose place the function
+        gets objects with the same attributes.
     keywords : mapping of str, optional
         Arguments passed by name.
     limits : Limits, optional
@@ -87,16 +107,19 @@ def run_elsewhere(
     """
     limits = limits or Limits()
     named = dict(keywords or {})
-    rows = max((len(value) for value in arguments if np.ndim(value)), default=0)
+    rows = rows_of(arguments)
     with private_folder() as folder:
         given = {f"argument{i}": value for i, value in enumerate(arguments)} | named
-        arrays: dict[str, Any] = {name: np.asarray(value) for name, value in given.items()}
+        leaves = dict(leaf for name, value in given.items() for leaf in _leaves(name, value))
+        texts = {name: value for name, value in leaves.items() if "." in name and isinstance(value, str | None)}
+        arrays: dict[str, Any] = {name: np.asarray(value) for name, value in leaves.items() if name not in texts}
         if any(array.dtype.kind not in "fiub" for array in arrays.values()):
             raise OutcomeError("error", "only numbers can be sent to another process")
         np.savez(folder / "request.npz", **arrays)
         request = {
             "describe": False,
             "arguments": len(arguments),
+            "texts": texts,
             "keywords": list(named),
             "outputs": OUTPUTS,
             "repetitions": repetitions,

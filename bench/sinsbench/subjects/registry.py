@@ -6,13 +6,16 @@ Importing this module imports none of the code it names; `sinsbench.subjects.loa
 from dataclasses import dataclass, replace
 
 from sinsbench.subjects.fitted_methods import FITTED_METHODS
+from sinsbench.subjects.gyroscopic.catalogue import SUBJECTS as GYROSCOPIC_SUBJECTS
+from sinsbench.subjects.gyroscopic.catalogue import GyroscopicRow
 from sinsbench.subjects.published_methods import PUBLISHED_METHODS
 from sinsbench.subjects.rotation_vector_methods import METHODS, RotationVectorMethod
 
-__all__ = ["BUILT_IN", "DUAL_PRECESSION", "EQUATOR_ERRORS", "Subject", "subjects_of"]
+__all__ = ["BUILT_IN", "DUAL_PRECESSION", "EQUATOR_ERRORS", "GYRO_SYSTEMS", "Subject", "subjects_of"]
 
 EQUATOR_ERRORS = "equator_errors"
 DUAL_PRECESSION = "dual_precession"
+GYRO_SYSTEMS = "gyro_systems"
 
 _LOGINOV = "Loginov, Tkachenko, Chelnokov 2013"
 
@@ -35,11 +38,12 @@ class Subject:
         Where the method was published.
     order : int or None
         Its order of convergence, where that is known; of an integrator, the order of the largest attitude error in
-        general motion.
+        general motion; of a gyroscopic system, that of the method which integrates it.
     samples_per_step : int or None
-        Number of samples one step of an integrator consumes, where that is known.
+        Number of samples one step of an integrator consumes, or of the intervals between points, where that is known.
     takes : str or None
-        Input convention that an integrator declares; None declares none, and is fed increments.
+        Input convention that an integrator or gyroscopic system declares; None declares none, and is fed increments or,
+        on `gyro_systems`, points.
     order_coning : int or None
         Its order on pure coning, where that is another: coefficients optimised for coning pay for it elsewhere. Those
         of a rotation-vector method have it for the drift, in the limit of a narrow cone.
@@ -124,6 +128,20 @@ def _equator(name: str, target: str, summary: str, source: str, order: int | Non
     return Subject(name, EQUATOR_ERRORS, f"sinsbench.subjects.{target}", summary, source, order, paper="loginov2013")
 
 
+def _gyroscopic(row: GyroscopicRow) -> Subject:
+    return Subject(
+        name=row.name,
+        dataset=GYRO_SYSTEMS,
+        target=f"sinsbench.subjects.gyroscopic.subjects:{row.name}",
+        summary=row.summary,
+        source=row.source,
+        order=row.order,
+        samples_per_step=row.samples_per_step,
+        takes=row.takes,
+        paper="chelnokov1991",
+    )
+
+
 _ODE45 = "Dormand, Prince 1980; Shampine, Reichelt 1997"
 
 _SUBJECTS = (
@@ -188,6 +206,7 @@ _SUBJECTS = (
             ("tightest", "tightest", "2.22e-14"),
         )
     ),
+    *map(_gyroscopic, GYROSCOPIC_SUBJECTS.values()),
 )
 
 BUILT_IN: dict[str, Subject] = {subject.name: subject for subject in _SUBJECTS}

@@ -21,6 +21,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from types import SimpleNamespace
 from typing import Any
 
 _Reply = dict[str, Any]
@@ -123,6 +124,23 @@ def _numbers(name: str, value: Any) -> Any:
     return array
 
 
+def _objects(leaves: Mapping[str, Any]) -> _Reply:
+    """Return arguments by name: those of ``name.field`` and ``name.field:key`` as objects with these attributes."""
+    made: _Reply = {}
+    for path, value in leaves.items():
+        name, dot, rest = path.partition(".")
+        if not dot:
+            made[name] = value
+            continue
+        attributes: _Reply = made.setdefault(name, SimpleNamespace()).__dict__
+        field, colon, key = rest.partition(":")
+        if colon:
+            attributes.setdefault(field, {})[key] = value
+        else:
+            attributes[field] = value
+    return made
+
+
 def _call(function: Callable[..., Any], folder: Path, request: Mapping[str, Any]) -> _Reply:
     """Call a function as a request says, and again for its time."""
     import numpy as np
@@ -136,7 +154,8 @@ def _call(function: Callable[..., Any], folder: Path, request: Mapping[str, Any]
 
     def once() -> tuple[Any, float]:
         # Copies: a function may write into its arguments.
-        own = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in given.items()}
+        copies = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in given.items()}
+        own = _objects({**copies, **request["texts"]})
         positional, named = [own[name] for name in names], {name: own[name] for name in request["keywords"]}
         start = time.perf_counter()
         result = function(*positional, **named)

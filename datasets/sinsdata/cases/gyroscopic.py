@@ -150,7 +150,12 @@ class GyroCase(SampledCase):
         """
         with BallArithmetic(64) as balls:
             kinematics = Kinematics(balls, self.model)
-            time = first_failure(lambda t: limit - kinematics.speed(kinematics.place(t)), balls.number(self.duration))
+            try:
+                time = first_failure(
+                    lambda t: limit - kinematics.speed(kinematics.place(t)), balls.number(self.duration)
+                )
+            except UndecidedTimeError as error:
+                time = error.time
         if time is not None:
             given = getattr(self, field, None)
             raise CaseError(field, given, f"the absolute speed must stay below {limit:g} m/s; t = {time:.6g} s")
@@ -176,6 +181,20 @@ def checked_profile(field: str, value: Any) -> Profile:
         raise CaseError(field, value, str(error)) from None
 
 
+class UndecidedTimeError(ValueError):
+    """A condition is not decided in as many pieces of time as are tried.
+
+    Parameters
+    ----------
+    time : float
+        From when on, s.
+    """
+
+    def __init__(self, time: float) -> None:
+        super().__init__(f"not decided from {time:.6g} s on")
+        self.time = time
+
+
 def first_failure(excess: Callable[[Number], Number], duration: Number) -> float | None:
     """Return a time near the first at which a function of time is not proved positive; None if it is everywhere.
 
@@ -187,6 +206,11 @@ def first_failure(excess: Callable[[Number], Number], duration: Number) -> float
         ``excess(time)`` in ball arithmetic, of a ball of times.
     duration : arb
         s.
+
+    Raises
+    ------
+    UndecidedTimeError
+        If pieces run out: the duration is too long for a function that changes as fast.
     """
     waiting = [(0.0, float(duration.abs_upper()))]
     for _ in range(_PIECES):
@@ -200,7 +224,7 @@ def first_failure(excess: Callable[[Number], Number], duration: Number) -> float
         if value < 0 or half < _INSTANT:
             return start
         waiting += [(middle, end), (start, middle)]
-    return waiting[-1][0]
+    raise UndecidedTimeError(waiting[-1][0])
 
 
 @lru_cache(maxsize=1024)
@@ -217,12 +241,15 @@ def _first_refused(motion: Motion, duration: ExactNumber) -> tuple[str, str, flo
         def cosine(name: str) -> Callable[[Number], Number]:
             return lambda time: balls.sin_cos(kinematics.jet(name, time)[0])[1] - small
 
+        def within(name: str, sign: int) -> Callable[[Number], Number]:
+            return lambda time: balls.pi / 2 - kinematics.jet(name, time)[0] * sign
+
         def latitude(time: Number) -> Number:
             return kinematics.place(time).latitude[1] - small
 
         def square(time: Number) -> Number:
             east, north, _ = kinematics.place(time).velocity
-            return east**2 + north**2
+            return east * east + north * north
 
         moving = "latitude" if motion.kind == "track" else "speed"
         heights = f"must stay between {_LOWEST:g} and {_HIGHEST:g} m"
@@ -232,6 +259,11 @@ def _first_refused(motion: Motion, duration: ExactNumber) -> tuple[str, str, flo
             ("latitude", f"the motion comes within {CLEARANCE:g} rad of a pole", latitude),
             ("pitch", f"comes within {CLEARANCE:g} rad of a right angle", cosine("pitch")),
             *(
+                (name, "must lie between -pi/2 and pi/2", within(name, x))
+                for name in ("latitude", "pitch")
+                for x in (1, -1)
+            ),
+            *(
                 (("speed", "must be greater than 0 m/s", lambda time: kinematics.jet("speed", time)[0] - SLOWEST),)
                 if motion.kind == "great_circle"
                 else ()
@@ -240,7 +272,10 @@ def _first_refused(motion: Motion, duration: ExactNumber) -> tuple[str, str, flo
             (moving, "the absolute speed reaches sqrt(gravity*radius)", lambda time: fastest - square(time)),
         )
         for field, message, excess in conditions:
-            time = first_failure(excess, end)
+            try:
+                time = first_failure(excess, end)
+            except UndecidedTimeError as error:
+                return "duration", f"is too long to decide that the {field} is admissible at all times", error.time
             if time is not None:
                 return field, message, time
     return None

@@ -132,6 +132,8 @@ class Start:
         Gravitational acceleration g on it, m/s^2.
     turn_rate : float, optional
         Rate w3 of the Darboux trihedron about the vertical, rad/s: what a start at equilibrium asks for.
+    distance : float, optional
+        From the centre, m: what Newton's equation starts from; that of the sphere where it is not told.
     """
 
     attitude: Array
@@ -140,6 +142,7 @@ class Start:
     radius: float = 6371000.0
     gravity: float = 9.81
     turn_rate: float | None = None
+    distance: float | None = None
 
     def checked(self) -> "Start":
         """Return the start as float64 arrays.
@@ -156,17 +159,20 @@ class Start:
         for name, value in (("attitude", attitude), ("vertical", vertical)):
             if abs(np.linalg.norm(value) - 1) > 1e-9:  # far above rounding, far below any other meaning
                 raise ValueError(f"{name} has the norm {np.linalg.norm(value)}, expected 1")
-        for name in ("radius", "gravity"):
+        for name in ("radius", "gravity", *(("distance",) if self.distance is not None else ())):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise ValueError(f"{name} = {getattr(self, name)}: a positive number is needed")
         if self.turn_rate is not None and not np.isfinite(self.turn_rate):
             raise ValueError(f"turn_rate = {self.turn_rate}: a finite number is needed")
-        return Start(attitude, vertical, velocity, float(self.radius), float(self.gravity), self.turn_rate)
+        sphere = float(self.radius), float(self.gravity)
+        return Start(attitude, vertical, velocity, *sphere, self.turn_rate, self.distance)
 
     @property
     def tangential_velocity(self) -> Array:
-        """Horizontal part of the absolute velocity, m/s."""
-        return np.asarray(self.velocity - self.vertical * (self.vertical @ self.velocity))
+        """Horizontal part of the absolute velocity, m/s; exactly 0 where it is but rounding of a vertical velocity."""
+        level = self.velocity - self.vertical * (self.vertical @ self.velocity)
+        rounding = 4 * np.finfo(float).eps * np.linalg.norm(self.velocity)
+        return np.asarray(level if np.linalg.norm(level) > rounding else np.zeros(3))
 
     @property
     def speed(self) -> float:

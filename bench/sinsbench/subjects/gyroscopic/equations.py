@@ -301,8 +301,9 @@ def axes_apart_from_opposite(state: Array, aid: Array, constants: Constants) -> 
 
 @compiled
 def frame_open(state: Array, aid: Array, constants: Constants) -> float:
-    """Return sin 2E, positive between the two ends of the range of E; E itself never leaves it by whole turns."""
-    return math.sin(2.0 * state[4])
+    """Return how far E is from the nearer end of its range: beside an end a step may leap over it by whole turns."""
+    angle: float = state[4]
+    return min(angle, 0.5 * math.pi - angle)
 
 
 @compiled

@@ -74,7 +74,7 @@ def read_out(trihedron: ArrayLike, attitude: ArrayLike, time: ArrayLike) -> dict
     norms = [np.linalg.norm(q, axis=1, keepdims=True) for q in (e, s)]
     if any((norm == 0).any() for norm in norms):
         raise ValueError("a quaternion is zero, no rotation")
-    result = np.empty((len(e), len(ANGLES) + 2))
+    result = np.full((len(e), len(ANGLES) + 2), np.nan)
     _angles(e / norms[0], s / norms[1], result)
     for column, condition in ((5, "latitude away from the poles"), (6, "pitch away from 90 deg")):
         broken = result[:, column] < SINGULAR

@@ -201,5 +201,6 @@ def azimuth_free(start: Start, constants: Constants) -> Array:
 
 
 def position_and_velocity(start: Start, constants: Constants) -> Array:
-    """Newton's equation: state r = R r^, v."""
-    return np.concatenate([start.radius * start.vertical, start.velocity])
+    """Newton's equation: state r = |r| r^, v."""
+    distance = start.radius if start.distance is None else start.distance
+    return np.concatenate([distance * start.vertical, start.velocity])

@@ -35,6 +35,16 @@ Array = NDArray[np.float64]
 ELEMENTARY = binary64_coefficients(PANOV_4)
 """Power series that replace sine and cosine of a small rotation; the other coefficients are not used."""
 
+COMMUTATOR_FREE = (
+    (1 / 2, 0.0, 0.0, 0.0),
+    (0.0, 1 / 2, 0.0, 0.0),
+    (-1 / 2, 0.0, 1.0, 0.0),
+    (1 / 4, 1 / 6, 1 / 6, -1 / 12),
+    (-1 / 12, 1 / 6, 1 / 6, 1 / 4),
+)
+"""Weights of the four slopes in the exponentials of Celledoni, Marthinsen, Owren 2003: those that lead from the state
+to the second stage and the third, from the second stage to the fourth, and from the state through two to the end."""
+
 
 @compiled
 def put_quaternion(state: Array, first: int, value: Quaternion) -> None:
@@ -161,10 +171,10 @@ def classical_run(
         for i in range(n):
             change = step / 6.0 * (slopes[0, i] + 2.0 * (slopes[1, i] + slopes[2, i]) + slopes[3, i])
             state[i], carry[i] = add_compensated(state[i], carry[i], change)
-        for first in range(0, 4 * (quaternions + 1), 4):
-            q = quaternion(state, first)
+        for j in range(quaternions + 1):
+            q = quaternion(state, 4 * j)
             excess = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0
-            for i in range(first, first + 4):
+            for i in range(4 * j, 4 * j + 4):
                 state[i], carry[i] = add_compensated(state[i], carry[i], -0.5 * excess * state[i])
         copied(state, states[k + 1])
         if not condition(state[4:], aid[k, 2], constants) > 0.0:  # NaN breaks it too
@@ -197,19 +207,16 @@ def commutator_free_run(
     if not condition(state[4:], aid[0, 0], constants) > 0.0:
         return 0
     for k in range(len(force)):
-        rates(right_hand_side, state, rotation_rate[k, 0], force[k, 0], aid[k, 0], constants, slopes[0])
-        combined(slopes, (0.5, 0.0, 0.0, 0.0), step, change)
-        moved(state, change, quaternions, middle)
-        rates(right_hand_side, middle, rotation_rate[k, 1], force[k, 1], aid[k, 1], constants, slopes[1])
-        combined(slopes, (0.0, 0.5, 0.0, 0.0), step, change)
-        moved(state, change, quaternions, trial)
-        rates(right_hand_side, trial, rotation_rate[k, 1], force[k, 1], aid[k, 1], constants, slopes[2])
-        combined(slopes, (-0.5, 0.0, 1.0, 0.0), step, change)
-        moved(middle, change, quaternions, trial)
-        rates(right_hand_side, trial, rotation_rate[k, 2], force[k, 2], aid[k, 2], constants, slopes[3])
-        combined(slopes, (0.25, 1.0 / 6.0, 1.0 / 6.0, -1.0 / 12.0), step, change)
-        moved(state, change, quaternions, trial)
-        combined(slopes, (-1.0 / 12.0, 1.0 / 6.0, 1.0 / 6.0, 0.25), step, change)
+        copied(state, trial)
+        for stage in range(4):
+            point = (stage + 1) // 2
+            slope = slopes[stage]
+            rates(right_hand_side, trial, rotation_rate[k, point], force[k, point], aid[k, point], constants, slope)
+            combined(slopes, COMMUTATOR_FREE[stage], step, change)
+            moved(middle if stage == 2 else state, change, quaternions, trial)
+            if stage == 0:
+                copied(trial, middle)
+        combined(slopes, COMMUTATOR_FREE[4], step, change)
         moved(trial, change, quaternions, state)
         copied(state, states[k + 1])
         if not condition(state[4:], aid[k, 2], constants) > 0.0:

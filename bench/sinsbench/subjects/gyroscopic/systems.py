@@ -117,12 +117,12 @@ def _position(states: Array, k: Constants) -> dict[str, Array]:
     vertical = _unit(states[:, :3])
     # The turn about a horizontal axis that takes X3 to the vertical; half the way is the bisector.
     x, y, z = vertical.T
-    trihedron = _unit(np.column_stack([1 + z, -y, x, np.zeros_like(x)]))
-    trihedron[z <= -1] = [0.0, 1.0, 0.0, 0.0]
+    bisector = np.column_stack([1 + z, -y, x, np.zeros_like(x)])
+    bisector[z <= -1] = [0.0, 1.0, 0.0, 0.0]
     across = states[:, 3:6] - vertical * np.sum(vertical * states[:, 3:6], axis=1, keepdims=True)
     return {
         "vertical": vertical,
-        "trihedron": trihedron,
+        "trihedron": _unit(bisector),
         "speed": np.linalg.norm(across, axis=1),
         "radius": np.linalg.norm(states[:, :3], axis=1),
     }
