@@ -11,7 +11,7 @@ from sinsbench.subjects.registry import BUILT_IN, DUAL_PRECESSION, EQUATOR_ERROR
 __all__ = ["DATASETS", "SUBJECTS", "campaign"]
 
 DATASETS = (EQUATOR_ERRORS, DUAL_PRECESSION)
-"""Datasets on whose subjects there are trials. Right-hand sides, drivers and starts of others are planted in by tests."""
+"""Datasets on whose subjects there are trials; the tests plant in those of the others."""
 SUBJECTS = tuple(name for name, subject in BUILT_IN.items() if subject.dataset in DATASETS)
 """Built-in subjects that defects are planted in."""
 

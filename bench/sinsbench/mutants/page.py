@@ -17,8 +17,8 @@ _INTRODUCTION = """\
 
 Would the scores notice if a method were wrong? `sinsbench mutants` plants a defect in each coefficient and each term of
 each built-in integrator and solver, one at a time, and has the score judge it. `python -m sinsbench.mutants.page`
-writes this page anew, in four minutes on two cores; a test plants the defects of one subject again and compares the rows.
-The gyroscopic systems have their defects planted by the tests (`tests/mutation`).
+writes this page anew, in four minutes on two cores; a test plants the defects of one subject again and compares the
+rows. The gyroscopic systems have their defects planted by the tests (`tests/mutation`).
 
 * **Coefficients and power series.** Each number is multiplied by 1.001, loses its sign, or becomes zero. Samples of a
   product change places or move to the neighbour; numbers of a matrix change places with the next. Numbers that no step
