@@ -21,7 +21,7 @@ RATIO_DIGITS = 5
 def equation(*, place: str) -> Quantity:
     """Return the form of an equation that its definitions give, and what each form leaves of it, relative to it."""
     left = residuals(place)
-    return Quantity(holding(left), "", findings={text: f"residual {_size(value)}" for text, value in left.items()})
+    return Quantity(holding(left), "", findings={text: f"residual {size_of(value)}" for text, value in left.items()})
 
 
 def equation_residual(*, place: str) -> Quantity:
@@ -29,7 +29,7 @@ def equation_residual(*, place: str) -> Quantity:
     return Quantity(residuals(place)[AS_PRINTED], "")
 
 
-def _size(value: Enclosure) -> str:
+def size_of(value: Enclosure) -> str:
     """Write a residual, or the bound within which it vanishes."""
     if not value.lower:
         return f"below {float(value.upper):.1e}"

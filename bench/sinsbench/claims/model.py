@@ -30,13 +30,14 @@ from typing import Any
 from sinsbench.claims.quantities import printed_number, printed_relation
 from sinsbench.claims.slips import SLIPS, TEXT_SLIPS
 
-PAPERS = ("loginov2013", "lebedev1989", "chelnokov1991")
+PAPERS = ("loginov2013", "lebedev1989", "chelnokov1991", "sokolov2024")
 VERDICTS = ("reproduced", "misprint", "not reproduced")
 
 _RECIPE_MODULES = {
     "loginov2013": "sinsbench.claims.equator_recipes",
     "lebedev1989": "sinsbench.claims.precession_recipes",
     "chelnokov1991": "sinsbench.claims.gyroscopic_recipes",
+    "sokolov2024": "sinsbench.claims.mast_recipes",
 }
 _REQUIRED = {"id": str, "where": str, "quantity": str, "printed": str, "unit": str, "recompute": dict}
 _OPTIONAL = {"slip": dict | list, "tried": list, "beside": list, "within": str, "note": str}

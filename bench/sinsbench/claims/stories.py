@@ -6,6 +6,8 @@
     the velocity errors of order 6 in the table of Lebedev, Panov 1989.
 `methodical_story`, `orders_story`
     the errors of gyropendulum and bi-gyro in Chelnokov 1991, and how they vanish with the speed.
+`assumptions_story`
+    which figures of Sokolov, Pogorelov, Reshetnikova 2024 hold with which filter, satellites and noise.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,6 +19,7 @@ import numpy as np
 
 from sinsbench.claims import discrepancy as check
 from sinsbench.claims.gyroscopic_stories import methodical_errors, orders_in_speed
+from sinsbench.claims.mast_stories import assumptions
 from sinsbench.claims.precession_runs import (
     MOTIONS,
     Cell,
@@ -182,10 +185,17 @@ def orders_story() -> Story:
     return Story("orders_in_speed", *orders_in_speed())
 
 
+@cache
+def assumptions_story() -> Story:
+    """Show under which assumptions the figures of Sokolov, Pogorelov, Reshetnikova 2024 hold."""
+    return Story("assumptions", *assumptions())
+
+
 _STORIES: Mapping[str, tuple[Callable[[], Story], ...]] = {
     "loginov2013": (discrepancy_story,),
     "lebedev1989": (short_mantissa_story, scale_error_story),
     "chelnokov1991": (methodical_story, orders_story),
+    "sokolov2024": (assumptions_story,),
 }
 
 

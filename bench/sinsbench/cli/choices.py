@@ -149,8 +149,8 @@ def _scored_datasets() -> list[str]:
 
 def _which(subject: str) -> str:
     return (
-        f"say what to score {subject} on: --on dual_precession (integrators), --on equator_errors (solvers) or "
-        "--on gyro_systems (gyroscopic systems)"
+        f"say what to score {subject} on: --on dual_precession (integrators), --on equator_errors (solvers), "
+        "--on gyro_systems (gyroscopic systems) or --on mast_antenna (estimators)"
     )
 
 

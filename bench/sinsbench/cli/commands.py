@@ -176,7 +176,8 @@ app.add_typer(peers.app, name="peers")
 @app.command()
 def claims(
     papers: Annotated[
-        list[str] | None, typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989, chelnokov1991.")
+        list[str] | None,
+        typer.Argument(metavar="PAPER...", help="loginov2013, lebedev1989, chelnokov1991, sokolov2024."),
     ] = None,
     verdict: Annotated[str | None, typer.Option(help="Only claims with this verdict.")] = None,
     stories: Annotated[bool, typer.Option(help="Tell also what lies behind the cells that differ.")] = True,

@@ -178,8 +178,10 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def certified(known: Mapping[str, int]) -> str:
+def certified(known: Mapping[str, Any]) -> str:
     """Return what is proved of the values of a dataset, from the entry ``certification`` of its manifest."""
+    if not str(known.get("method", "ball")).startswith("ball"):
+        return f"{known['method']}."
     bounded, ties = known["bounded_zeros"], known["bounded_ties"]
     text = (
         f"{known['values']:,} values: nearest binary64 and rest, together within 1e-30, proved by ball arithmetic; "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from sinsbench.subjects.registry import GYRO_SYSTEMS
+from sinsbench.subjects.registry import GYRO_SYSTEMS, MAST_ANTENNA
 from sinsdata.cases import Case
 
 #: Heading -> field, for subjects of `dual_precession`.
@@ -106,6 +106,34 @@ GROWTH_COLUMNS = {
     "of the law": "law_order",
     "note": "note",
 }
+#: Heading -> field, for estimators on `mast_antenna`: the second half of a motion, root mean squares.
+MAST_COLUMNS = {
+    "subject": "subject",
+    "case": "case",
+    "interval, s": "interval",
+    "mu, rad": "mu_rms_late",
+    "nu, rad": "nu_rms_late",
+    "antenna, rad": "antenna_rms_late",
+    "mast, rad": "mast_rms_late",
+    "position, m": "position_rms_late",
+    "NIS": "nis_ratio",
+    "us a step": "us_per_step",
+}
+#: The same over the seeds of a scenario, where the band of the NEES is that of their number.
+MAST_SUMMARY_COLUMNS = {
+    "subject": "subject",
+    "family": "family",
+    "runs": "cases",
+    "failed": "failed",
+    "mu, rad": "mu_rms_late",
+    "antenna, rad": "antenna_rms_late",
+    "mast, rad": "mast_rms_late",
+    "NEES at 10 s": "nees_joint_10s",
+    "50 s": "nees_joint_50s",
+    "100 s": "nees_joint_100s",
+    "1000 s": "nees_joint_1000s",
+    "its band": "band",
+}
 #: Heading -> field, for what no score was taken of.
 _TOLD = {"subject": "subject", "case": "case", "interval, s": "interval", "status": "status", "message": "message"}
 #: The same for the whole ladder of sampling intervals.
@@ -147,11 +175,12 @@ _THEORY = {
     "period_along": "expected_period_along",
     "period_left": "expected_period_left",
 }
-_DIGITS = 3  # of the numbers on `gyro_systems`
+_DIGITS = 3  # of the numbers on `gyro_systems` and `mast_antenna`
 _TITLES = {
     "dual_precession": "integrators on dual_precession (errors against certified truth)",
     "equator_errors": "solvers on equator_errors (largest errors against certified truth)",
     GYRO_SYSTEMS: "gyroscopic systems on gyro_systems (errors of the vertical; largest ones of the angles)",
+    MAST_ANTENNA: "estimators on mast_antenna (root mean squares of the second half of the motion)",
 }
 
 
@@ -200,12 +229,16 @@ def score_tables(
         ("dual_precession", integrators),
         ("equator_errors", FORMULA_COLUMNS),
         (GYRO_SYSTEMS, systems),
+        (MAST_ANTENNA, MAST_COLUMNS),
     ):
         own: Sequence[Mapping[str, Any]] = [row for row in rows if row["dataset"] == dataset]
         own = own if whole_ladder else native(own, known)
         if own and dataset == GYRO_SYSTEMS:
             tables += _with_words(_TITLES[dataset], own, columns)
             tables += growth_tables(rows, known)
+        elif own and dataset == MAST_ANTENNA:
+            tables += _with_words(_TITLES[dataset], own, columns)
+            tables += mast_summary_tables(own)
         elif own:
             tables.append(_titled(_TITLES[dataset], _pick(own, columns)))
     return tables
@@ -242,6 +275,22 @@ def growth_tables(rows: Sequence[Mapping[str, Any]], cases: Sequence[Case]) -> l
     found = growth(own, [case for case in cases if isinstance(case, GyroCase)])
     title = "growth of the systems' own errors of the vertical with q = v/sqrt(g R), order by theory in brackets"
     return [(title, _pick(found, GROWTH_COLUMNS, _DIGITS))] if found else []
+
+
+def mast_summary_tables(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, list[dict[str, Any]]]]:
+    """Return a titled table of medians and of the consistency, where rows of `mast_antenna` hold several seeds."""
+    from sinsbench.scoring.mast_summary import summary
+
+    found = [
+        {
+            **row,
+            "failed": row["failed"] or None,
+            "band": f"{row['nees_joint_low']:.1f} to {row['nees_joint_high']:.1f}" if row["nees_joint_low"] else None,
+        }
+        for row in summary(rows)
+    ]
+    title = "over the seeds: medians, mean NEES of 16 degrees of freedom, its band of 95 per cent"
+    return [_shared(title, _pick(found, MAST_SUMMARY_COLUMNS, _DIGITS), "family", "{}, {}")] if found else []
 
 
 def _titled(title: str, table: list[dict[str, Any]]) -> tuple[str, list[dict[str, Any]]]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
-from sinsbench.scoring import gyroscopic
+from sinsbench.scoring import gyroscopic, mast
 from sinsbench.scoring.gyroscopic_responses import RESPONSE_FIELDS
 from sinsbench.scoring.rows import SCORE_FIELDS
 
@@ -22,7 +22,9 @@ _OPERATORS: Mapping[str, Callable[[Any, Any], bool]] = {
     ">": operator.gt,
 }
 _PATTERN = re.compile(r"\s*(\w+)\s*(<=|>=|==|<|>)\s*(.*?)\s*")
-_KNOWN = tuple(dict.fromkeys([*SCORE_FIELDS, *(field.name for field in (*gyroscopic.FIELDS, *RESPONSE_FIELDS))]))
+_KNOWN = tuple(
+    dict.fromkeys([*SCORE_FIELDS, *(field.name for field in (*gyroscopic.FIELDS, *RESPONSE_FIELDS, *mast.FIELDS))])
+)
 _WORDS = {"true": True, "yes": True, "false": False, "no": False}
 
 

@@ -7,16 +7,17 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from sinsbench.peers.subjects import loaded_peer
-from sinsbench.scoring import gyroscopic
+from sinsbench.scoring import gyroscopic, mast
 from sinsbench.scoring.formulas import EquatorReference, equator_reference, score_formula
 from sinsbench.scoring.gyroscopic_errors import KINDS, known_kind
 from sinsbench.scoring.gyroscopic_responses import score_responses
 from sinsbench.scoring.integrators import LADDER, Rung, ladder, score_integrator
 from sinsbench.scoring.rows import SCORE_FIELDS
 from sinsbench.subjects.loading import LoadedSubject, SubjectError, resolve
-from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS, GYRO_SYSTEMS, subjects_of
-from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, GyroCase
+from sinsbench.subjects.registry import DUAL_PRECESSION, EQUATOR_ERRORS, GYRO_SYSTEMS, MAST_ANTENNA, subjects_of
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, GyroCase, MastCase
 from sinsdata.tiers import known_dataset, paper_cases
+from sinsdata.truth import mast as mast_truth
 from sinsdata.truth.conventions import known_convention
 from sinsdata.truth.gyroscopic import GyroMotion, sampled
 
@@ -35,7 +36,9 @@ _FED: Mapping[str, tuple[str, Callable[[str], object]]] = {
 Progress: TypeAlias = Callable[[int, int, str], None]
 
 #: What the subjects of a case are given and measured against; for integrators by input convention.
-Reference: TypeAlias = Mapping[str, tuple[Rung, ...]] | EquatorReference | tuple[GyroMotion, ...]
+Reference: TypeAlias = (
+    Mapping[str, tuple[Rung, ...]] | EquatorReference | tuple[GyroMotion, ...] | mast_truth.MastMotion
+)
 
 #: The built-in ``map``, or one like it that works in several processes.
 Mapper: TypeAlias = Callable[[Callable[[Case], Reference], Iterable[Case]], Iterable[Reference]]
@@ -48,7 +51,7 @@ def prepare(
 
     Parameters
     ----------
-    case : EquatorCase, DualPrecessionCase or GyroCase
+    case : EquatorCase, DualPrecessionCase, GyroCase or MastCase
     factors : sequence of Fraction, optional
         Ladder of sampling intervals in units of the case's, by default that of `sinsbench.scoring.integrators` or of
         `sinsbench.scoring.gyroscopic`.
@@ -67,11 +70,13 @@ def prepare(
         return {convention: ladder(case, wanted, convention) for convention in conventions}
     if isinstance(case, GyroCase):
         return gyroscopic.ladder(case, gyroscopic.LADDER if factors is None else factors)
+    if isinstance(case, MastCase):
+        return mast_truth.sampled(case)
     raise _no_contract(case)
 
 
 def _no_contract(case: Case) -> ValueError:
-    datasets = ", ".join((EQUATOR_ERRORS, *_FED))
+    datasets = ", ".join((EQUATOR_ERRORS, *_FED, MAST_ANTENNA))
     return ValueError(f"{case.name} is no case to score on; datasets with subjects: {datasets}")
 
 
@@ -144,6 +149,8 @@ def _rows(one: LoadedSubject, case: Case, reference: Reference, repetitions: int
     if isinstance(case, GyroCase) and isinstance(reference, tuple):
         motions = [motion for motion in reference if one.of_case is None or motion.interval == own]
         return gyroscopic.score_gyroscopic(subject, case, motions, repetitions, warm=warm)
+    if isinstance(case, MastCase) and isinstance(reference, mast_truth.MastMotion):
+        return mast.score_mast(subject, case, reference, repetitions, warm=warm)
     raise _no_contract(case)
 
 
@@ -191,8 +198,9 @@ def score(
     Returns
     -------
     list of dict
-        Rows with the fields `SCORE_FIELDS`, on `gyro_systems` `sinsbench.scoring.gyroscopic.FIELDS`, of values that
-        JSON can hold. A subject that fails has rows that say so; the others are scored all the same.
+        Rows with the fields `SCORE_FIELDS`, on `gyro_systems` `sinsbench.scoring.gyroscopic.FIELDS`, on
+        `mast_antenna` `sinsbench.scoring.mast.FIELDS`, of values that JSON can hold. A subject that
+        fails has rows that say so; the others are scored all the same.
 
     Raises
     ------

@@ -8,14 +8,17 @@ from dataclasses import dataclass, replace
 from sinsbench.subjects.fitted_methods import FITTED_METHODS
 from sinsbench.subjects.gyroscopic.catalogue import SUBJECTS as GYROSCOPIC_SUBJECTS
 from sinsbench.subjects.gyroscopic.catalogue import GyroscopicRow
+from sinsbench.subjects.mast.catalogue import SUBJECTS as MAST_SUBJECTS
+from sinsbench.subjects.mast.catalogue import MastRow
 from sinsbench.subjects.published_methods import PUBLISHED_METHODS
 from sinsbench.subjects.rotation_vector_methods import METHODS, RotationVectorMethod
 
-__all__ = ["BUILT_IN", "DUAL_PRECESSION", "EQUATOR_ERRORS", "GYRO_SYSTEMS", "Subject", "subjects_of"]
+__all__ = ["BUILT_IN", "DUAL_PRECESSION", "EQUATOR_ERRORS", "GYRO_SYSTEMS", "MAST_ANTENNA", "Subject", "subjects_of"]
 
 EQUATOR_ERRORS = "equator_errors"
 DUAL_PRECESSION = "dual_precession"
 GYRO_SYSTEMS = "gyro_systems"
+MAST_ANTENNA = "mast_antenna"
 
 _LOGINOV = "Loginov, Tkachenko, Chelnokov 2013"
 
@@ -142,6 +145,17 @@ def _gyroscopic(row: GyroscopicRow) -> Subject:
     )
 
 
+def _mast(row: MastRow) -> Subject:
+    return Subject(
+        name=row.name,
+        dataset=MAST_ANTENNA,
+        target=f"sinsbench.subjects.mast.subjects:{row.name}",
+        summary=row.summary,
+        source=row.source,
+        paper="sokolov2024",
+    )
+
+
 _ODE45 = "Dormand, Prince 1980; Shampine, Reichelt 1997"
 
 _SUBJECTS = (
@@ -207,6 +221,7 @@ _SUBJECTS = (
         )
     ),
     *map(_gyroscopic, GYROSCOPIC_SUBJECTS.values()),
+    *map(_mast, MAST_SUBJECTS.values()),
 )
 
 BUILT_IN: dict[str, Subject] = {subject.name: subject for subject in _SUBJECTS}
