@@ -13,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from importlib import import_module
 from itertools import islice
 from multiprocessing.connection import wait as wait_for
+from time import sleep
 from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 
@@ -29,6 +30,8 @@ Results: TypeAlias = Iterator[tuple[ShardTask, ShardReceipt]]
 _AHEAD = 2
 #: Times that a pool is made anew after the death of a worker, with no shard finished in between.
 _REVIVALS = 3
+#: Seconds between two looks whether the end of a process is on record.
+_REAPED = 1e-3
 #: Seconds in which a scheduler must answer, and in which it must have a worker.
 _ANSWER, _FIRST_WORKER = 5, 60
 _KEPT = "what is finished is kept, and the same command goes on from there"
@@ -127,6 +130,9 @@ def _stop(executor: ProcessPoolExecutor) -> None:
     executor.shutdown(wait=False, cancel_futures=True)
     for process in processes:
         process.join()
+        # The pool's own thread may have waited for the same child: join then returns before the exit is on record.
+        while process.is_alive():
+            sleep(_REAPED)
 
 
 def follow_parent() -> None:
