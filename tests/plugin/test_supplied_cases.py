@@ -76,7 +76,7 @@ def test_equator_and_gyroscopic_cases_have_the_arguments_of_their_contracts() ->
     ("dataset", "case", "takes", "says"),
     [
         ("precession", "x", None, "admissible: dual_precession, equator_errors, gyro_systems"),
-        ("dual_precession", "variant2", None, "no case 'variant2'; admissible: variant2_coning, variant2_general"),
+        ("dual_precession", "variant", None, "no case 'variant'; admissible: variant1_coning, variant1_general, variant2"),
         ("dual_precession", "varaint2_coning", None, "admissible: variant2_coning"),
         ("dual_precession", MOTION, "rate", "rate"),
         ("equator_errors", "ship_set1", "rates", "has no input conventions"),
@@ -96,6 +96,10 @@ def test_an_inadmissible_case_of_ones_own_is_refused_as_in_a_case_file() -> None
 
 def test_the_beginning_of_a_name_is_enough_where_one_case_has_it() -> None:
     assert supplied_case("equator_errors", "ship_ch").name == "ship_check"
+
+
+def test_a_variant_of_the_paper_is_its_general_motion() -> None:
+    assert supplied_case("dual_precession", "variant2").name == "variant2_general"
 
 
 def test_a_function_has_an_order_and_a_result_has_none(motion: SuppliedCase) -> None:

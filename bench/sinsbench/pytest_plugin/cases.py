@@ -66,8 +66,9 @@ def supplied_case(dataset: str, case: str | Mapping[str, Any], takes: str | None
     dataset : str
         ``dual_precession``, ``equator_errors`` or ``gyro_systems``.
     case : str or mapping
-        Name of a case of the tier ``paper`` or ``standard``, or its unambiguous beginning; or the keys of a case of
-        your own, as in a case file.
+        Name of a case of the tier ``paper`` or ``standard``, or its unambiguous beginning (of a paper's variant the
+        name alone is that of the general motion, not of its coning); or the keys of a case of your own, as in a case
+        file.
     takes : str, optional
         What the inputs hold: an input convention of ``dual_precession`` (``increments`` by default), ``points`` (the
         default) or ``increments`` for ``gyro_systems``.
@@ -120,6 +121,9 @@ def _named(dataset: str, name: str) -> Case:
     begun = [full for full in known if full.startswith(name)]
     if len(begun) == 1:
         return known[begun[0]]
+    # A paper's variant is a motion; its coning is the special case of it.
+    if f"{name}_general" in begun:
+        return known[f"{name}_general"]
     near = begun or difflib.get_close_matches(name, known, n=4, cutoff=0.5) or list(known)
     more = f" ... ({len(near)} of them)" if len(near) > 8 else ""
     raise UnknownCaseError(f"{dataset} has no case {name!r}; admissible: {', '.join(near[:8])}{more}")
