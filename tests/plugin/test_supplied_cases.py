@@ -76,7 +76,12 @@ def test_equator_and_gyroscopic_cases_have_the_arguments_of_their_contracts() ->
     ("dataset", "case", "takes", "says"),
     [
         ("precession", "x", None, "admissible: dual_precession, equator_errors, gyro_systems"),
-        ("dual_precession", "variant", None, "no case 'variant'; admissible: variant1_coning, variant1_general, variant2"),
+        (
+            "dual_precession",
+            "variant",
+            None,
+            "no case 'variant'; admissible: variant1_coning, variant1_general, variant2",
+        ),
         ("dual_precession", "varaint2_coning", None, "admissible: variant2_coning"),
         ("dual_precession", MOTION, "rate", "rate"),
         ("equator_errors", "ship_set1", "rates", "has no input conventions"),
