@@ -40,7 +40,9 @@ if limit:
 else:
     subprocess.run(["mount", "-o", "remount,size=64m", out], check=True)
 made = make(out, 40)
-assert made.reused == finished > 0
+assert made.reused == finished
+# Of two workers the one that finds no room may be the first to come to an end.
+assert finished > 0 or workers > 1
 assert beside(out) == ["sweep"]
 print(name, *(entry["content_sha256"] for entry in made.manifest["tables"].values()))
 """

@@ -87,8 +87,8 @@ def partial_of(out: Path) -> Path:
 
 
 def finished_shards(out: Path) -> int:
-    """Return how many files of an unfinished dataset are finished."""
-    return len(list(partial_of(out).glob("[!.]*.receipt")))
+    """Return how many files of an unfinished dataset are finished; where none is, there is no folder of them."""
+    return len(list(target_of(out).parent.glob(f".partial-{TIER}-*/[!.]*.receipt")))
 
 
 def half_written(out: Path) -> list[Path]:
