@@ -1,4 +1,4 @@
-"""The examples in three languages, compiled and scored by the commands as docs/scoring.md prints them."""
+"""The examples in three languages, scored by the commands that docs/scoring.md and docs/mast.md print."""
 
 import json
 import re
@@ -72,3 +72,18 @@ def test_the_program_in_c_says_what_it_misses(folder: Path) -> None:
         (folder / "input.csv").write_text(lines, encoding="utf-8")
         made = subprocess.run(["./mine", "input.csv", "output.csv"], capture_output=True, text=True, check=False)
         assert (made.returncode, made.stderr) == (1, f"two_sample: {complaint}\n")
+
+
+def test_estimators_of_ones_own_run_by_the_commands_of_the_page(folder: Path) -> None:
+    page = (ROOT / "docs" / "mast.md").read_text(encoding="utf-8")
+    section = re.findall(r"## An estimator of your own\n(.*?)\n## ", page, flags=re.DOTALL)[0]
+    commands = re.findall(r"```console\n(.*?)\n```", section)
+    assert len(commands) == 2
+    for command in commands:
+        assert execute(f"{command} --json rows.json") == 0, command
+    own, program = json.loads(Path("rows.json").read_text(encoding="utf-8"))
+    same = {name for name, value in own.items() if re.search("_(rms|max)_", name) and value is not None}
+    # A few roundings in each of 6000 steps, of attitudes and of the radius.
+    limits = {name: 1e-8 if "position" in name else 1e-12 for name in same}
+    assert all(program[name] == pytest.approx(own[name], rel=0, abs=limits[name]) for name in same)
+    assert (own["mu_rms_late"] > 0, program["subject"]) == (True, "mast_gyros_program.py")

@@ -34,6 +34,43 @@ def test_inputs_make_a_call_and_truth_stands_at_every_sample(motion: SuppliedCas
     assert 0 < np.abs(motion.truth["attitude_lo"]).max() < 2.0**-53
 
 
+MAST = {"name": "brief", "duration": "3", "interval": "0.01"}
+
+
+def test_a_mast_case_is_what_an_estimator_is_given_and_returns() -> None:
+    mast = supplied_case("mast_antenna", MAST)
+    assert list(mast.inputs) == ["inputs", "start"]
+    assert mast.inputs["inputs"].range.shape == (300, 3, 4)
+    assert {name: values.shape for name, values in mast.truth.items()} == {
+        **dict.fromkeys(("time", "longitude", "latitude", "height"), (301,)),
+        **dict.fromkeys(("mu", "eta", "lambda", "nu"), (301, 4)),
+        "velocity": (301, 3),
+        "mast_rate": (301, 2),
+    }
+    # Products of unit quaternions round to a few units of 1e-16; 1e-16 of the radius is a nanometre.
+    scores_of(mast, mast.truth).require("mu_max_late<1e-14", "antenna_max_late<1e-14", "position_max_late<1e-8")
+
+    def stands_still(inputs: Any, start: Any) -> dict[str, Any]:
+        names = {"lambda": "lambda_", **{name: name for name in mast.truth if name not in ("time", "nu", "lambda")}}
+        still = {name: np.array([getattr(start, attribute)] * 4) for name, attribute in names.items()}
+        return still | {"time": inputs.time[::100]}
+
+    with pytest.raises(
+        ScoreFailureError, match=r"stands_still on brief at 0.01 s: velocity_max_late is \d.*required <"
+    ):
+        scores_of(mast, stands_still).require("velocity_max_late<0.1")
+    with pytest.raises(ScoreFailureError, match=r"result on brief: not finite: mu holds NaN .* first at t = 1 s"):
+        scores_of(mast, mast.truth | {"mu": np.where(mast.truth["time"][:, None] < 1, mast.truth["mu"], np.nan)})
+
+
+@pytest.mark.parametrize(
+    ("dataset", "case", "name"), [("gyro_systems", "stop_0.1", "rate"), ("mast_antenna", MAST, "rate1")]
+)
+def test_objects_among_the_inputs_are_copies_too(dataset: str, case: Any, name: str) -> None:
+    getattr(supplied_case(dataset, case).inputs["inputs"], name)[:] = np.nan
+    assert np.isfinite(getattr(supplied_case(dataset, case).inputs["inputs"], name)).all()
+
+
 def test_a_test_that_spoils_its_arrays_spoils_no_other(motion: SuppliedCase) -> None:
     spoiled = supplied_case("dual_precession", MOTION)
     spoiled.inputs["angle"][:] = np.nan
@@ -75,7 +112,7 @@ def test_equator_and_gyroscopic_cases_have_the_arguments_of_their_contracts() ->
 @pytest.mark.parametrize(
     ("dataset", "case", "takes", "says"),
     [
-        ("precession", "x", None, "admissible: dual_precession, equator_errors, gyro_systems"),
+        ("precession", "x", None, "admissible: dual_precession, equator_errors, gyro_systems, mast_antenna"),
         (
             "dual_precession",
             "variant",
@@ -86,6 +123,7 @@ def test_equator_and_gyroscopic_cases_have_the_arguments_of_their_contracts() ->
         ("dual_precession", MOTION, "rate", "rate"),
         ("equator_errors", "ship_set1", "rates", "has no input conventions"),
         ("gyro_systems", "stop_0.1", "rates", "admissible for gyro_systems: points, increments"),
+        ("mast_antenna", MAST, "rates", "mast_antenna has no input conventions"),
     ],
 )
 def test_what_is_not_there_is_said_in_one_line(dataset: str, case: Any, takes: str | None, says: str) -> None:

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinsbench.elsewhere.files import Columns, check_finite
+from sinsbench.elsewhere.mast import MastContract
+from sinsbench.elsewhere.vectors import AXES, QUATERNION, assembled, complete, vector_columns
 from sinsbench.scoring.formulas import COMPONENTS
 from sinsbench.scoring.gyroscopic_errors import known_kind
 from sinsbench.subjects.gyroscopic.contract import Inputs
 from sinsbench.subjects.loading import SubjectError
-from sinsbench.subjects.outcome import OutcomeError
-from sinsbench.subjects.registry import DUAL_PRECESSION, GYRO_SYSTEMS
+from sinsbench.subjects.registry import DUAL_PRECESSION, GYRO_SYSTEMS, MAST_ANTENNA
 from sinsdata.truth.conventions import TABLES, Convention, known_convention
 
 __all__ = ["Arguments", "Contract", "GyroscopicContract", "IntegratorContract", "SolverContract", "contract_of"]
@@ -24,49 +25,17 @@ __all__ = ["Arguments", "Contract", "GyroscopicContract", "IntegratorContract", 
 #: Positional arguments of a subject.
 Arguments = tuple[Any, ...]
 
-_AXES = ("x", "y", "z")
-_QUATERNION = ("w", *_AXES)
 _VECTORS = {
-    "attitude": tuple(f"q_{axis}" for axis in _QUATERNION),
-    "velocity_inertial": tuple(f"w_inertial_{axis}" for axis in _AXES),
-    "velocity_body": tuple(f"w_body_{axis}" for axis in _AXES),
+    "attitude": tuple(f"q_{axis}" for axis in QUATERNION),
+    "velocity_inertial": tuple(f"w_inertial_{axis}" for axis in AXES),
+    "velocity_body": tuple(f"w_body_{axis}" for axis in AXES),
 }
 _GYROSCOPIC = {
-    "vertical": tuple(f"vertical_{axis}" for axis in _AXES),
+    "vertical": tuple(f"vertical_{axis}" for axis in AXES),
     "attitude": _VECTORS["attitude"],
-    "trihedron": tuple(f"trihedron_{axis}" for axis in _QUATERNION),
+    "trihedron": tuple(f"trihedron_{axis}" for axis in QUATERNION),
     "speed": ("speed",),
 }
-
-
-def _vectors(stem: str, values: NDArray[Any], axes: tuple[str, ...] = _AXES) -> Columns:
-    return {f"{stem}_{axis}": np.ascontiguousarray(values[..., i]) for i, axis in enumerate(axes)}
-
-
-def _complete(path: Path, columns: Mapping[str, Any], names: tuple[str, ...]) -> None:
-    """Raise `OutcomeError` unless all columns of a vector are there."""
-    missing = [name for name in names if name not in columns]
-    if missing:
-        raise OutcomeError("wrong shape", f"{path.name} has no column {', '.join(missing)}")
-
-
-def _assembled(
-    path: Path, columns: Columns, rows: NDArray[Any] | None, vectors: Mapping[str, tuple[str, ...]]
-) -> dict[str, NDArray[Any]]:
-    """Return the vectors, or the numbers, of which a table has a component.
-
-    Raises
-    ------
-    OutcomeError
-        If another component is missing, or a value is not finite.
-    """
-    made: dict[str, NDArray[Any]] = {}
-    for result, names in vectors.items():
-        if any(name in columns for name in names):
-            _complete(path, columns, names)
-            check_finite(path, columns, names, rows)
-            made[result] = columns[names[0]] if len(names) == 1 else np.column_stack([columns[name] for name in names])
-    return made
 
 
 class Contract(Protocol):
@@ -136,10 +105,10 @@ class IntegratorContract:
             "sample": sample,
             "time": time,
             "interval": interval,
-            **_vectors(self.convention.first[1], first),
-            **_vectors(self.convention.second[1], second),
-            **_vectors("attitude0", initial[:, :4], _QUATERNION),
-            **_vectors("velocity0", initial[:, 4:]),
+            **vector_columns(self.convention.first[1], first),
+            **vector_columns(self.convention.second[1], second),
+            **vector_columns("attitude0", initial[:, :4], QUATERNION),
+            **vector_columns("velocity0", initial[:, 4:]),
         }
 
     @property
@@ -164,7 +133,7 @@ class IntegratorContract:
 
     def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> dict[str, NDArray[Any]]:
         """Return the vectors of which the table has a component."""
-        return _assembled(path, columns, rows, _VECTORS)
+        return assembled(path, columns, rows, _VECTORS)
 
     def shortest(self, arguments: Arguments, rows: int) -> tuple[Arguments, float]:
         """Return the arguments of one step."""
@@ -209,7 +178,7 @@ class SolverContract:
 
     def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> NDArray[Any]:
         """Return the errors, all six of them."""
-        _complete(path, columns, COMPONENTS)
+        complete(path, columns, COMPONENTS)
         check_finite(path, columns, COMPONENTS, rows)
         return np.column_stack([columns[name] for name in COMPONENTS])
 
@@ -249,12 +218,12 @@ class GyroscopicContract:
         return {
             "sample": np.arange(count),
             "time": inputs.time,
-            **_vectors(names[0], rate),
-            **_vectors(names[1], force),
+            **vector_columns(names[0], rate),
+            **vector_columns(names[1], force),
             **inputs.aids,
-            **_vectors("attitude0", initial[:, :4], _QUATERNION),
-            **_vectors("vertical0", initial[:, 4:7]),
-            **_vectors("velocity0", initial[:, 7:]),
+            **vector_columns("attitude0", initial[:, :4], QUATERNION),
+            **vector_columns("vertical0", initial[:, 4:7]),
+            **vector_columns("velocity0", initial[:, 7:]),
             **{name: np.full(count, value) for name, value in constants.items()},
         }
 
@@ -271,7 +240,7 @@ class GyroscopicContract:
 
     def result(self, path: Path, columns: Columns, rows: NDArray[Any] | None = None) -> dict[str, NDArray[Any]]:
         """Return the vectors of which the table has a component."""
-        return _assembled(path, columns, rows, _GYROSCOPIC)
+        return assembled(path, columns, rows, _GYROSCOPIC)
 
     def shortest(self, arguments: Arguments, rows: int) -> tuple[Arguments, float]:
         """Return the arguments of one step."""
@@ -306,6 +275,8 @@ def contract_of(dataset: str, takes: str | None) -> Contract:
     try:
         if dataset == GYRO_SYSTEMS:
             return GyroscopicContract(known_kind(takes or "points"))
+        if dataset == MAST_ANTENNA:
+            return MastContract()
         if dataset != DUAL_PRECESSION:
             return SolverContract()
         return IntegratorContract(known_convention(takes or "increments"))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sinsbench.subjects.loading import printable
 from sinsbench.subjects.outcome import OutcomeError
 
-__all__ = ["FORMATS", "Columns", "check_finite", "read_columns", "write_columns"]
+__all__ = ["FORMATS", "Columns", "check_finite", "listed", "read_columns", "write_columns"]
 
 FORMATS = ("csv", "parquet", "arrow")
 """Formats, which are suffixes of files too."""
@@ -23,6 +23,13 @@ Columns = dict[str, NDArray[Any]]
 
 _LONGEST_HEADER = 1 << 16  # bytes
 _SHOWN = 60  # characters of a line that is quoted
+_NAMED = 12  # columns that a message names
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as a message lists them: the first ones, and how many there are if not all are shown."""
+    shown = ", ".join(names[:_NAMED])
+    return shown if len(names) <= _NAMED else f"{shown}, ... ({len(names)} of them)"
 
 
 def write_columns(columns: Mapping[str, NDArray[Any]], path: Path) -> None:
@@ -130,7 +137,7 @@ def _chosen(path: Path, place: str, header: Sequence[str], known: Sequence[str],
         given = printable(",".join(header))
         hint = "; are the cells separated by commas?" if len(header) == 1 and path.suffix == ".csv" else ""
         shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}..."
-        _refuse(path, place, f"names no column of {', '.join(known)}; it says {shown!r}{hint}")
+        _refuse(path, place, f"names no column of {listed(known)}; it says {shown!r}{hint}")
     return chosen
 
 

@@ -16,7 +16,7 @@ from sinsbench.elsewhere.files import FORMATS, Columns, read_columns, write_colu
 from sinsbench.subjects.loading import LoadedSubject, SubjectError
 from sinsbench.subjects.outcome import Outcome, OutcomeError
 from sinsbench.subjects.processes import Limits, Patience, fail, private_folder, run_process
-from sinsbench.subjects.registry import Subject
+from sinsbench.subjects.registry import DUAL_PRECESSION, GYRO_SYSTEMS, Subject
 
 __all__ = ["Program", "numbered", "program"]
 
@@ -26,6 +26,7 @@ _INTERPRETERS = (
     *("python", "node", "deno", "bun", "julia", "rscript", "octave", "perl", "ruby", "lua", "java"),
     *("sh", "bash"),
 )
+_STEPPED = (DUAL_PRECESSION, GYRO_SYSTEMS)  # datasets whose subjects may take several samples a step
 _ORDER = ("sample", "time")  # columns that tell the order of the rows, where there is one
 
 
@@ -164,13 +165,14 @@ def program(
     suffix : {"csv", "parquet", "arrow"}
         Format of the files that ``{input}`` and ``{output}`` stand for.
     samples_per_step : int, optional
-        Samples that one step of an integrator consumes: it is given whole steps alone.
+        Samples that one step of an integrator or a gyroscopic system consumes: it is given whole steps alone.
     limits : Limits, optional
 
     Raises
     ------
     SubjectError
-        If the command is empty or ends inside a quotation, or there is no such format or convention.
+        If the command is empty or ends inside a quotation, there is no such format or convention, or subjects of the
+        dataset have no steps of several samples.
     """
     try:
         words = shlex.split(command)
@@ -182,6 +184,9 @@ def program(
         raise SubjectError(f"--format {suffix}: admissible are {', '.join(FORMATS)}")
     if suffix != "csv" and "{input}" not in command and "{output}" not in command:
         raise SubjectError(f"--format {suffix} is for files: write {{input}} and {{output}} into the command")
+    if samples_per_step is not None and dataset not in _STEPPED:
+        which = f"--samples-per-step {samples_per_step} is for {' and '.join(_STEPPED)}"
+        raise SubjectError(f"{which}; on {dataset} a program is given every row")
     subject = Subject(name or _name(words), None, command, "", samples_per_step=samples_per_step, takes=takes)
     return LoadedSubject(
         subject,

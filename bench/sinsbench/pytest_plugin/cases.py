@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import Any
@@ -15,14 +16,17 @@ from sinsbench.scoring.cost import inputs_of as integrator_inputs
 from sinsbench.scoring.formulas import equator_reference
 from sinsbench.scoring.gyroscopic_errors import inputs_of as sensors_of
 from sinsbench.scoring.gyroscopic_errors import start_of
-from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase
-from sinsdata.cases.gyroscopic import GyroCase
+from sinsbench.scoring.mast_errors import COLUMNS as ESTIMATES
+from sinsbench.scoring.mast_errors import inputs_of as readings_of
+from sinsbench.scoring.mast_errors import start_of as estimate_of
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, GyroCase, MastCase
 from sinsdata.tiers import cases_of, tiers_of
+from sinsdata.truth import mast
 from sinsdata.truth.conventions import known_convention
 from sinsdata.truth.gyroscopic import sampled
 from sinsdata.truth.sampling import sample
 
-__all__ = ["SuppliedCase", "UnknownCaseError", "supplied_case"]
+__all__ = ["SuppliedCase", "UnknownCaseError", "mast_motion", "supplied_case"]
 
 Array = NDArray[np.float64]
 
@@ -40,12 +44,13 @@ class SuppliedCase:
     dataset, name : str
     takes : str
         Input convention: of `sinsdata.truth.conventions.CONVENTIONS` for ``dual_precession``, ``points`` or
-        ``increments`` for ``gyro_systems``, empty for ``equator_errors``.
+        ``increments`` for ``gyro_systems``, empty for ``equator_errors`` and ``mast_antenna``.
     inputs : dict
         The arguments of the dataset's contract, by name, in their order: ``function(*case.inputs.values())``. Arrays
         are copies.
     truth : dict of str to ndarray
-        Columns by name, each ``x`` with its rest ``x_lo`` except numbers of samples; SI units and radians. Copies.
+        Columns by name, each ``x`` with its rest ``x_lo`` except numbers of samples and on ``mast_antenna``; SI units
+        and radians. Copies.
     case : Case
         What it was made from.
     """
@@ -64,7 +69,7 @@ def supplied_case(dataset: str, case: str | Mapping[str, Any], takes: str | None
     Parameters
     ----------
     dataset : str
-        ``dual_precession``, ``equator_errors`` or ``gyro_systems``.
+        ``dual_precession``, ``equator_errors``, ``gyro_systems`` or ``mast_antenna``.
     case : str or mapping
         Name of a case of the tier ``paper`` or ``standard``, or its unambiguous beginning (of a paper's variant the
         name alone is that of the general motion, not of its coning); or the keys of a case of your own, as in a case
@@ -83,6 +88,9 @@ def supplied_case(dataset: str, case: str | Mapping[str, Any], takes: str | None
         has them, ``misalignment`` (3, 3) and ``inertial_longitude``; truth ``time``, ``state`` (n, 6).
         ``gyro_systems``: ``inputs`` and ``start`` of `sinsbench.subjects.gyroscopic.contract`; truth the arrays of
         `sinsdata.truth.gyroscopic.GyroMotion`.
+        ``mast_antenna``: ``inputs`` and ``start`` of `sinsbench.subjects.mast.contract`; truth, at the ends of the n
+        steps and the start, ``time``, ``mu``, ``eta``, ``lambda``, ``nu`` (n+1, 4), ``longitude``, ``latitude``,
+        ``height``, ``velocity`` (n+1, 3) and ``mast_rate`` (n+1, 2).
 
     Raises
     ------
@@ -95,18 +103,9 @@ def supplied_case(dataset: str, case: str | Mapping[str, Any], takes: str | None
     if dataset not in _SUPPLIERS:
         raise UnknownCaseError(f"no dataset {dataset!r} to test on; admissible: {', '.join(_SUPPLIERS)}")
     found = _named(dataset, case) if isinstance(case, str) else CASE_CLASSES[dataset].from_mapping(case)
-    convention, inputs, truth = _supplied(dataset, found, takes)
+    convention, inputs, truth = _SUPPLIERS[dataset](found, takes)
     # The computed arrays are kept: whoever writes into his own spoils no other test.
-    return SuppliedCase(dataset, found.name, convention, _copied(inputs), _copied(truth), found)
-
-
-def _copied(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in arrays.items()}
-
-
-@lru_cache(maxsize=16)
-def _supplied(dataset: str, case: Case, takes: str | None) -> tuple[str, Mapping[str, Any], Mapping[str, Any]]:
-    return _SUPPLIERS[dataset](case, takes)
+    return SuppliedCase(dataset, found.name, convention, deepcopy(dict(inputs)), deepcopy(dict(truth)), found)
 
 
 @lru_cache(maxsize=64)
@@ -183,8 +182,34 @@ def _gyroscopic(case: Case, takes: str | None) -> tuple[str, Mapping[str, Any], 
     )
 
 
+@lru_cache(maxsize=2)  # 0.25 GB each for 1000 s
+def mast_motion(case: MastCase) -> mast.MastMotion:
+    """Return the motion of a case of ``mast_antenna``, computed once for several tests in a row."""
+    return mast.sampled(case)
+
+
+def _mast(case: Case, takes: str | None) -> tuple[str, Mapping[str, Any], Mapping[str, Any]]:
+    if not isinstance(case, MastCase):
+        raise TypeError(f"{case.name} is no case of the antenna on a mast")
+    if takes is not None:
+        raise UnknownCaseError(f"takes = {takes!r}: mast_antenna has no input conventions")
+    motion = mast_motion(case)
+    names = {name: "lam" if name == "lambda" else name for name in ("time", *ESTIMATES, "nu")}
+    return (
+        "",
+        {"inputs": readings_of(motion), "start": estimate_of(motion.start)},
+        {name: getattr(motion, attribute)[::2] for name, attribute in names.items()},
+    )
+
+
 _SUPPLIERS: Mapping[str, Callable[[Case, str | None], tuple[str, Mapping[str, Any], Mapping[str, Any]]]] = {
-    "dual_precession": _motion,
-    "equator_errors": _equator,
-    "gyro_systems": _gyroscopic,
+    **{
+        dataset: lru_cache(maxsize=16)(supplier)
+        for dataset, supplier in (
+            ("dual_precession", _motion),
+            ("equator_errors", _equator),
+            ("gyro_systems", _gyroscopic),
+        )
+    },
+    "mast_antenna": _mast,
 }

@@ -7,18 +7,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from sinsbench.pytest_plugin.cases import SuppliedCase
+from sinsbench.pytest_plugin.cases import SuppliedCase, mast_motion
 from sinsbench.scoring.gyroscopic import FIELDS as GYRO_FIELDS
 from sinsbench.scoring.gyroscopic import LADDER as GYRO_LADDER
 from sinsbench.scoring.gyroscopic import ladder as gyroscopic_ladder
 from sinsbench.scoring.gyroscopic import score_gyroscopic
 from sinsbench.scoring.ladders import LADDER
+from sinsbench.scoring.mast import FIELDS as MAST_FIELDS
+from sinsbench.scoring.mast import score_mast
 from sinsbench.scoring.requirements import RequirementError, parse_requirement, violations
 from sinsbench.scoring.rows import FIELDS
 from sinsbench.scoring.score import score
 from sinsbench.subjects.loading import LoadedSubject
 from sinsbench.subjects.registry import Subject
-from sinsdata.cases.gyroscopic import GyroCase
+from sinsdata.cases import GyroCase, MastCase
 
 __all__ = ["ScoreFailureError", "Scores", "scores_of"]
 
@@ -26,6 +28,7 @@ __all__ = ["ScoreFailureError", "Scores", "scores_of"]
 _SHOWN = (
     *("attitude_error_max", "drift_deg_per_h", "secular_drift_deg_per_h", "velocity_error_max", "observed_order"),
     *("scd", "mescd", "input_floor", "vertical_error_max_m", "heading_error_max_arcsec"),
+    *("mu_rms_late", "antenna_rms_late", "mast_rms_late", "position_rms_late", "nis_ratio"),
 )
 
 
@@ -94,7 +97,7 @@ class Scores(Mapping[str, Any]):
         return self
 
     def _told(self, lines: Sequence[str]) -> str:
-        units = {field.name: field.unit for field in (*GYRO_FIELDS, *FIELDS)}
+        units = {field.name: field.unit for field in (*GYRO_FIELDS, *MAST_FIELDS, *FIELDS)}
         hint = [f"  {self._row['message']}"] if self._row["message"] else []
         values = [
             f"  {name} = {self._row[name]:.6g} {units[name]}".rstrip()
@@ -112,7 +115,8 @@ def scores_of(case: SuppliedCase, answer: Any, name: str | None = None) -> Score
     case : SuppliedCase
     answer : callable or result
         A function with the contract of the dataset is run on a ladder of sampling intervals, so that it has an observed
-        order too. What a function returned for ``case.inputs`` is scored at the case's own interval.
+        order too; on ``mast_antenna`` it is run once. What a function returned for ``case.inputs`` is scored at the
+        case's own interval.
     name : str, optional
         How to call it in messages; the function's own name by default.
 
@@ -126,6 +130,8 @@ def scores_of(case: SuppliedCase, answer: Any, name: str | None = None) -> Score
     if isinstance(case.case, GyroCase):
         factors = GYRO_LADDER if callable(answer) else (Fraction(1),)
         rows = score_gyroscopic(subject, case.case, gyroscopic_ladder(case.case, factors), repetitions=0)
+    elif isinstance(case.case, MastCase):
+        rows = score_mast(subject, case.case, mast_motion(case.case), repetitions=0)
     else:
         factors = LADDER if callable(answer) else (Fraction(1),)
         rows = score([subject], [case.case], factors=factors, repetitions=0)

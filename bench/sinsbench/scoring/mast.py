@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sinsbench.scoring.mast_deviations import deviations
 from sinsbench.scoring.mast_errors import (
     BLOCKS,
     QUANTITIES,
@@ -26,7 +27,17 @@ from sinsbench.subjects.mast.contract import BreakdownError, MastInputs
 from sinsdata.cases import MastCase
 from sinsdata.truth.mast import MastMotion
 
-__all__ = ["DATASET", "FIELDS", "LIMITS", "NEES_TIMES", "WINDOWS", "error_history", "identity", "score_mast"]
+__all__ = [
+    "DATASET",
+    "FIELDS",
+    "LIMITS",
+    "NEES_TIMES",
+    "WINDOWS",
+    "error_history",
+    "first_steps",
+    "identity",
+    "score_mast",
+]
 
 Array = NDArray[np.float64]
 
@@ -46,6 +57,7 @@ LIMITS: Mapping[str, float] = {
 NEES_TIMES = (10, 50, 100, 200, 500, 1000)
 """Times at which the normalised estimation error squared is told, s."""
 
+_ASYMMETRY = 1e-6  # of the deviations' product: a filter that never symmetrises passes, a transposed block does not
 _WARM_UP = 2.0  # s of a motion that a first call gets: enough for whatever compiles on the way
 _SIZES = {"rms": "root mean square", "max": "largest"}
 _SPANS = {name: f"over {low:g} to {high:g} s" for name, (low, high) in WINDOWS.items()} | {
@@ -115,9 +127,20 @@ def _measured(estimates: Estimates, truth: MastMotion) -> dict[str, Any]:
     return told
 
 
+def _check_symmetric(covariance: Array, time: Array) -> None:
+    places = BLOCKS["joint"]  # the twist of the mast may be known exactly: rounding would be all of its covariance
+    block = covariance[:, places][:, :, places]
+    size = np.sqrt(np.maximum(np.diagonal(block, axis1=1, axis2=2), 0.0))
+    allowed = _ASYMMETRY * size[:, :, None] * size[:, None, :]
+    wrong = (np.abs(block - block.transpose(0, 2, 1)) > allowed).any(axis=(1, 2))
+    if wrong.any():
+        raise FailedEstimateError("error", "covariance is not symmetric", float(time[int(np.argmax(wrong))]))
+
+
 def _consistency(estimates: Estimates, truth: MastMotion) -> dict[str, float]:
     time, told = truth.time[estimates.rows], {}
     if estimates.covariance is not None:
+        _check_symmetric(estimates.covariance, time)
         for name, values in nees(estimates, truth).items():
             for when in NEES_TIMES:
                 for k in np.flatnonzero(np.abs(time - when) < 1e-6):
@@ -128,8 +151,9 @@ def _consistency(estimates: Estimates, truth: MastMotion) -> dict[str, float]:
     return told
 
 
-def _first_seconds(inputs: MastInputs) -> MastInputs:
-    count = min(len(inputs.time) - 1, max(1, round(_WARM_UP / inputs.step)))
+def first_steps(inputs: MastInputs, count: int) -> MastInputs:
+    """Return copies of the inputs of the first steps, of all if there are no more than `count`."""
+    count = min(len(inputs.time) - 1, count)
     stepwise = ("rate1", "specific_force1", "rate2", "specific_force2", "range_rate", "range")
     halved = ("satellite_position", "satellite_velocity")
     return replace(
@@ -146,7 +170,8 @@ def _estimates(loaded: LoadedSubject, truth: MastMotion, repetitions: int, warm:
     if repetitions and not warm and not loaded.elsewhere:
         # A motion is long: what compiles is made to do so on a short piece, whatever becomes of that.
         with suppress(RunError):
-            run(loaded.function, (_first_seconds(inputs), start_of(truth.start)), repetitions=0)
+            short = first_steps(inputs, max(1, round(_WARM_UP / inputs.step)))
+            run(loaded.function, (short, start_of(truth.start)), repetitions=0)
     timed = run(loaded.function, (inputs, start_of(truth.start)), min(repetitions, 1), warm=True)
     return checked_estimates(timed.result, truth), timed.least
 
@@ -202,7 +227,8 @@ def error_history(loaded: LoadedSubject, truth: MastMotion) -> dict[str, Array]:
     Returns
     -------
     dict of str to ndarray, shape (m,)
-        ``time``, s, the names of `QUANTITIES` and, if it returns a covariance, ``nees_`` and the names of `BLOCKS`.
+        ``time``, s, the names of `QUANTITIES` and, if it returns a covariance, ``nees_`` and the names of `BLOCKS`,
+        ``deviation_`` and the names of `QUANTITIES`: the root mean squares that the covariance predicts.
 
     Raises
     ------
@@ -213,6 +239,7 @@ def error_history(loaded: LoadedSubject, truth: MastMotion) -> dict[str, Array]:
     told = {"time": truth.time[estimates.rows], **gauge_free_errors(estimates, truth)}
     if estimates.covariance is not None:
         told |= {f"nees_{name}": values for name, values in nees(estimates, truth).items()}
+        told |= {f"deviation_{name}": values for name, values in deviations(estimates, truth).items()}
     return told
 
 

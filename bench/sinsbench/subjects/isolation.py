@@ -15,24 +15,35 @@ from sinsbench.subjects.processes import Limits, fail, private_folder, run_proce
 
 __all__ = ["OUTPUTS", "Limits", "describe_elsewhere", "rows_of", "run_elsewhere"]
 
-OUTPUTS = ("attitude", "velocity_inertial", "velocity_body", "vertical", "trihedron", "speed")
+OUTPUTS = (
+    *("attitude", "velocity_inertial", "velocity_body", "vertical", "trihedron", "speed"),
+    *("time", "mu", "longitude", "latitude", "velocity", "height", "eta", "lambda", "mast_rate"),
+    *("covariance", "nis", "nis_freedom"),
+)
 """What may be taken from a mapping that a function returns."""
 
 _WORKER = Path(__file__).with_name("worker.py")
 _BUDGET = 0.3  # s, after which no further repetition starts
 
 
+def _attributes(value: Any) -> tuple[str, ...]:
+    """Return the names of what an object holds: fields of a dataclass and its properties, fields of a named tuple."""
+    if is_dataclass(value):
+        properties = (name for name, member in vars(type(value)).items() if isinstance(member, property))
+        return (*(field.name for field in fields(value)), *properties)
+    return tuple(getattr(value, "_fields", ()))
+
+
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield arrays, numbers and texts of an argument: ``name``, ``name.field`` and ``name.field:key``."""
-    if not is_dataclass(value):
+    """Yield arrays, numbers and texts of an argument: ``name``, ``name.field``, ``name.field.field``, ``name:key``."""
+    if isinstance(value, Mapping):
+        for key, part in value.items():
+            yield from _leaves(f"{name}:{key}", part)
+    elif names := _attributes(value):
+        for attribute in names:
+            yield from _leaves(f"{name}.{attribute}", getattr(value, attribute))
+    else:
         yield name, value
-        return
-    for field in fields(value):
-        part = getattr(value, field.name)
-        if isinstance(part, Mapping):
-            yield from ((f"{name}.{field.name}:{key}", leaf) for key, leaf in part.items())
-        else:
-            yield f"{name}.{field.name}", part
 
 
 def rows_of(arguments: Sequence[Any]) -> int:
@@ -84,8 +95,8 @@ def run_elsewhere(
     target : str
         ``path/to/file.py:name``, or ``package.module:name`` as that interpreter finds it.
     arguments : sequence
-        Arrays and numbers, or dataclasses of these, of texts and of mappings of arrays, in whose place the function
-        gets objects with the same attributes.
+        Arrays and numbers, or dataclasses and named tuples of these, of texts, of mappings of arrays and of one
+        another, in whose place the function gets objects with the same attributes, properties among them.
     keywords : mapping of str, optional
         Arguments passed by name.
     limits : Limits, optional

@@ -17,6 +17,7 @@ import importlib.util
 import inspect
 import json
 import os
+import re
 import time
 import traceback
 import warnings
@@ -125,19 +126,17 @@ def _numbers(name: str, value: Any) -> Any:
 
 
 def _objects(leaves: Mapping[str, Any]) -> _Reply:
-    """Return arguments by name: those of ``name.field`` and ``name.field:key`` as objects with these attributes."""
+    """Return arguments by name: objects with attributes for ``name.field``, mappings with keys for ``name:key``."""
     made: _Reply = {}
     for path, value in leaves.items():
-        name, dot, rest = path.partition(".")
-        if not dot:
-            made[name] = value
-            continue
-        attributes: _Reply = made.setdefault(name, SimpleNamespace()).__dict__
-        field, colon, key = rest.partition(":")
-        if colon:
-            attributes.setdefault(field, {})[key] = value
-        else:
-            attributes[field] = value
+        place, name = made, ""
+        for mark, part in re.findall(r"([.:]?)([^.:]+)", path):
+            if mark == ".":
+                place = place.setdefault(name, SimpleNamespace()).__dict__
+            elif mark:
+                place = place.setdefault(name, {})
+            name = part
+        place[name] = value
     return made
 
 
