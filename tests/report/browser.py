@@ -59,7 +59,7 @@ def check_legend(page: Page) -> None:
     """Hide a series and show it again: its marks go and come."""
     section = page.locator("section:has(.legend)").first
     chart, button = section.locator(".chart").first, section.locator(".legend button").first
-    marks = chart.locator("path[aria-roledescription='point'], .mark-symbol path")
+    marks = chart.locator("path[aria-roledescription='point'], .mark-symbol path, .mark-line path")
     before = marks.count()
     assert before
     for pressed in ("false", "true"):
@@ -94,6 +94,8 @@ def check(browser: Any, path: Path, width: int, theme: str, pictures: Path) -> N
     assert page.evaluate("document.documentElement.dataset.theme") == theme
     page.screenshot(path=pictures / f"{width}_{theme}.png")
     page.evaluate("document.querySelector('header').style.position = 'static'")
+    # A section that is laid out only when it comes near would move the ones below it while they are taken.
+    page.add_style_tag(content="main > section { content-visibility: visible !important; }")
     for section in page.locator("main > section").all():
         section.screenshot(path=pictures / f"{width}_{theme}_{section.get_attribute('id')}.png")
     check_tables(page)

@@ -13,7 +13,8 @@ def report(
         list[Path],
         typer.Argument(
             metavar="RESULT...",
-            help="JSON of score, claims, mutants, verify; stored benchmark runs; or folders of them, as of reproduce.",
+            help="JSON of score, claims, mutants, verify; stored benchmark runs; folders of them, as of reproduce; "
+            "case files (TOML) that were scored on.",
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the page.")] = Path("sinsbench-report"),

@@ -27,16 +27,20 @@ INTEGRATOR_COLUMNS = {
     "status": "status",
     "message": "message",
 }
-#: Heading -> field, for subjects of `equator_errors`.
-FORMULA_COLUMNS = {
-    "subject": "subject",
-    "case": "case",
+#: Heading -> field, for the errors of subjects of `equator_errors`.
+EQUATOR_ERRORS = {
     "dv_N, m/s": "error_dv_north_max",
     "dv_H, m/s": "error_dv_up_max",
     "dv_E, m/s": "error_dv_east_max",
     "dH, m": "error_d_height_max",
     "dphi, rad": "error_d_latitude_max",
     "dlambda, rad": "error_d_longitude_max",
+}
+#: The same for everything that is told of them.
+FORMULA_COLUMNS = {
+    "subject": "subject",
+    "case": "case",
+    **EQUATOR_ERRORS,
     "scd": "scd",
     "mescd": "mescd",
     "ulp": "ulp_max",

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from math import log
+from statistics import mean
 from typing import Any, NamedTuple
 
+from sinsbench.cli.scores import EQUATOR_ERRORS
 from sinsbench.report.model import Table
 from sinsbench.report.results import Row, real
+from sinsbench.scoring.mast import NEES_TIMES
 from sinsdata.cases import CASE_CLASSES, Case
 from sinsdata.tiers import cases_of, tiers_of
 
@@ -14,11 +18,35 @@ __all__ = ["BOARDS", "Board", "boards", "known_cases", "own_interval", "worst"]
 
 
 class Column(NamedTuple):
-    """A column of a board: heading, field of the scores, and which of several values stands for all."""
+    """A column of a board.
+
+    Attributes
+    ----------
+    heading, field : str
+        Heading and field of the scores.
+    pick : callable
+        Which of several values stands for all.
+    times : tuple of int
+        Times that the braces in heading and field stand for: the last one counts that all have a value at, s.
+    """
 
     heading: str
     field: str
     pick: Callable[[Iterable[float]], float] = max
+    times: tuple[int, ...] = ()
+
+    def among(self, rows: Sequence[Row]) -> Column:
+        """Return the column with the time that counts for rows; those with a value at no time are not asked."""
+        if not self.times:
+            return self
+        told = [{time for time in self.times if real(row, self.field.format(time)) is not None} for row in rows]
+        shared = set.intersection(*filter(None, told)) if any(told) else ()
+        last = max(shared, default=self.times[0])
+        return self._replace(heading=self.heading.format(last), field=self.field.format(last))
+
+
+def _farthest_from_one(ratios: Iterable[float]) -> float:
+    return max(ratios, key=lambda ratio: abs(log(ratio)) if ratio > 0 else float("inf"))
 
 
 class Board(NamedTuple):
@@ -51,12 +79,7 @@ BOARDS: Mapping[str, Board] = {
         (
             Column("correct digits, mixed", "mescd", min),
             Column("correct digits", "scd", min),
-            Column("dv_N, m/s", "error_dv_north_max"),
-            Column("dv_H, m/s", "error_dv_up_max"),
-            Column("dv_E, m/s", "error_dv_east_max"),
-            Column("dH, m", "error_d_height_max"),
-            Column("dphi, rad", "error_d_latitude_max"),
-            Column("dlambda, rad", "error_d_longitude_max"),
+            *(Column(heading, field) for heading, field in EQUATOR_ERRORS.items()),
             Column("ns a row", "ns_per_sample", min),
         ),
     ),
@@ -70,6 +93,19 @@ BOARDS: Mapping[str, Board] = {
             Column("heading, arcsec", "heading_error_max_arcsec"),
             Column("order", "observed_order", min),
             Column("ns a step", "ns_per_step", min),
+        ),
+    ),
+    "mast_antenna": Board(
+        "Estimators of the antenna on a mast, root mean squares of the second half (expected: NEES 16, NIS 1)",
+        (
+            Column("antenna to level, rad", "antenna_rms_late"),
+            Column("vehicle, rad", "mu_rms_late"),
+            Column("antenna to vehicle, rad", "nu_rms_late"),
+            Column("mast, rad", "mast_rms_late"),
+            Column("position, m", "position_rms_late"),
+            Column("mean NEES at {} s", "nees_joint_{}s", mean, NEES_TIMES),
+            Column("NIS", "nis_ratio", _farthest_from_one),
+            Column("us a step", "us_per_step", min),
         ),
     ),
 }
@@ -131,12 +167,13 @@ def worst(dataset: str, rows: Sequence[Row]) -> list[dict[str, Any]]:
     board = BOARDS.get(dataset) or Board(
         "", tuple(Column(name.replace("_", " "), name) for name in rows[0] if name.endswith("_max"))
     )
+    columns = [column.among(rows) for column in board.columns]
     table: list[dict[str, Any]] = []
     for subject in dict.fromkeys(row["subject"] for row in rows):
         own = [row for row in rows if row["subject"] == subject]
         good = [row for row in own if row["status"] == "ok"]
         line: dict[str, Any] = {"rank": None, "subject": subject}
-        for column in board.columns:
+        for column in columns:
             values = [value for row in good if (value := real(row, column.field)) is not None]
             line[column.heading] = column.pick(values) if values else None
         statuses = dict.fromkeys(row["status"] for row in own if row["status"] != "ok")

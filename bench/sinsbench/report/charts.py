@@ -9,7 +9,7 @@ from sinsbench.report.model import Chart
 from sinsbench.report.results import Row, positive
 from sinsbench.report.style import HEIGHT, logarithmic, series_encodings, specification
 
-__all__ = ["GUIDE_ORDERS", "MEASURES", "growth", "ladders", "parts", "work_precision"]
+__all__ = ["GUIDE_ORDERS", "MEASURES", "Quantity", "consistency", "growth", "ladders", "parts", "work_precision"]
 
 
 class Measure(NamedTuple):
@@ -29,6 +29,20 @@ class Measure(NamedTuple):
     def short(self) -> str:
         """Its first word, for names of files."""
         return self.field.partition("_")[0]
+
+
+class Quantity(NamedTuple):
+    """What is drawn over time: field, unit, name (that of the field if there is none), and the field of its bound."""
+
+    field: str
+    unit: str
+    name: str = ""
+    bound: str = ""
+
+    @property
+    def what(self) -> str:
+        """Its name."""
+        return self.name or self.field.replace("_", " ")
 
 
 MEASURES: Mapping[str, tuple[Measure, ...]] = {
@@ -52,7 +66,7 @@ GUIDE_ORDERS = (2, 4, 6, 8)
 """Orders whose slopes are drawn."""
 
 
-def _shown(alt: Any, data: str, names: Sequence[str], case: str, *fields: str) -> tuple[Any, dict[str, Any]]:
+def _shown(alt: Any, data: str, names: Mapping[str, int], case: str, *fields: str) -> tuple[Any, dict[str, Any]]:
     """Return a base chart that shows the chosen case without the hidden series, and the encodings of its series."""
     valid = " && ".join(f"isValid(datum.{field}) && datum.{field} > 0" for field in fields)
     chosen = f"datum.case == shown_case && indexof(hidden, datum.subject) < 0 && {valid}"
@@ -64,23 +78,40 @@ def _shown(alt: Any, data: str, names: Sequence[str], case: str, *fields: str) -
     return chart, series_encodings(alt, "subject", names)
 
 
-def _lines(alt: Any, chart: Any, series: Mapping[str, Any], order: str, floor: str = "", **encodings: Any) -> Any:
-    """Return lines; where a field tells of a floor, with points on them. The series under the pointer stands out."""
+def _lines(
+    alt: Any,
+    chart: Any,
+    series: Mapping[str, Any],
+    order: str,
+    floor: str = "",
+    bound: Any = None,
+    marked: str = "",
+    **encodings: Any,
+) -> Any:
+    """Return lines; where a field tells of a floor, with points on them. The series under the pointer stands out.
+
+    `bound` is the position of a second line of each series, which is dashed; `marked` says where there are points.
+    """
     hover = alt.selection_point(name="pointed", on="pointerover", clear="pointerout", fields=["subject"])
     faded = alt.when(hover).then(alt.value(1)).otherwise(alt.value(0.12))
     base = chart.encode(**encodings, color=series["color"], opacity=faded)
     # A legend of shapes has no dashes: they would be drawn around the shapes.
     dashes = series["strokeDash"].legend(None) if floor else series["strokeDash"]
     lines = base.mark_line(strokeWidth=1.6).encode(order=f"{order}:Q", strokeDash=dashes)
+    # A wide line that is not seen makes the thin one easy to meet with the pointer.
+    wide = chart.encode(**encodings, detail="subject:N").mark_line(strokeWidth=9, opacity=0).add_params(hover)
+    if bound is not None:
+        dashed = base.encode(y=bound).mark_line(strokeWidth=1.1, strokeDash=[4, 3]).encode(order=f"{order}:Q")
+        known = f"isValid(datum.{bound.shorthand.partition(':')[0]})"
+        return dashed.transform_filter(known) + lines + wide
     if not floor:
-        # A wide line that is not seen makes the thin one easy to meet with the pointer.
-        wide = chart.encode(**encodings, detail="subject:N").mark_line(strokeWidth=9, opacity=0).add_params(hover)
         return lines + wide
     hollow = alt.condition(f"datum.{floor}", alt.value(0), alt.value(1))
-    marks = base.mark_point(size=48, filled=True, strokeWidth=1.4).encode(
+    points = base.transform_filter(marked) if marked else base
+    marks = points.mark_point(size=48, filled=True, strokeWidth=1.4).encode(
         shape=series["shape"], fillOpacity=hollow, stroke=series["color"]
     )
-    return lines + marks.add_params(hover)
+    return lines + marks + wide if marked else lines + marks.add_params(hover)
 
 
 def _tooltip(alt: Any, *pairs: tuple[str, str]) -> list[Any]:
@@ -95,7 +126,7 @@ def _seen(measures: Iterable[Measure], rows: Sequence[Row], cost: str = "interva
             yield measure
 
 
-def work_precision(data: str, rows: Sequence[Row], names: Sequence[str], case: str, dataset: str) -> list[Chart]:
+def work_precision(data: str, rows: Sequence[Row], names: Mapping[str, int], case: str, dataset: str) -> list[Chart]:
     """Return the diagrams of error against operations and against time.
 
     Parameters
@@ -104,8 +135,8 @@ def work_precision(data: str, rows: Sequence[Row], names: Sequence[str], case: s
         Name of the rows.
     rows : sequence of mapping
         With ``subject, case, interval``, the errors of `MEASURES` and the costs ``flops_per_second, ns_per_second``.
-    names : sequence of str
-        The series.
+    names : mapping of str to int
+        The series, with the places that choose their styles.
     case : str
         The case that is shown first.
     dataset : str
@@ -160,7 +191,7 @@ def _guides(rows: Sequence[Row], measure: Measure) -> list[dict[str, Any]]:
     return lines
 
 
-def ladders(data: str, rows: Sequence[Row], names: Sequence[str], case: str, dataset: str) -> list[Chart]:
+def ladders(data: str, rows: Sequence[Row], names: Mapping[str, int], case: str, dataset: str) -> list[Chart]:
     """Return the diagrams of errors over the sampling interval, with the slopes of orders as grey lines.
 
     Parameters
@@ -202,30 +233,37 @@ def ladders(data: str, rows: Sequence[Row], names: Sequence[str], case: str, dat
     return charts
 
 
-def growth(data: str, names: Sequence[str], case: str, field: str, unit: str, periods: Sequence[Row] = ()) -> Chart:
-    """Return the diagram of an error over time, with the Schuler periods as upright lines.
+def growth(data: str, names: Mapping[str, int], case: str, quantity: Quantity, periods: Sequence[Row] = ()) -> Chart:
+    """Return the diagram of an error over time, with its bound dashed and the Schuler periods as upright lines.
 
     Parameters
     ----------
     data, names, case
         As for `work_precision`.
-    field, unit : str
-        The error.
+    quantity : Quantity
+        The error. Where it has a bound, the axis of time is logarithmic: estimators settle within seconds.
     periods : sequence of mapping
         ``case, time`` (s) and ``label`` of the upright lines.
     """
     import altair as alt
 
+    field, what, unit = quantity.field, quantity.what, quantity.unit
     chart, series = _shown(alt, data, names, case, field)
-    what = field.replace("_", " ")
+    title = f"{what}, {unit}"
     drawn = _lines(
         alt,
         chart,
         series,
         "time",
-        x=alt.X("time:Q", title="time, s", scale=alt.Scale(nice=False)),
-        y=logarithmic(alt, alt.Y, field, f"{what}, {unit}"),
-        tooltip=["subject:N", alt.Tooltip("time:Q", title="time, s"), alt.Tooltip(f"{field}:Q", format=".4~g")],
+        bound=logarithmic(alt, alt.Y, quantity.bound, title) if quantity.bound else None,
+        x=_over_time(alt, settling=bool(quantity.bound)),
+        y=logarithmic(alt, alt.Y, field, title),
+        tooltip=[
+            "subject:N",
+            alt.Tooltip("time:Q", title="time, s"),
+            alt.Tooltip(f"{field}:Q", title=title, format=".4~g"),
+            *([alt.Tooltip(f"{quantity.bound}:Q", title="dashed", format=".4~g")] if quantity.bound else []),
+        ],
     )
     marked = ""
     if periods:
@@ -234,16 +272,82 @@ def growth(data: str, names: Sequence[str], case: str, field: str, unit: str, pe
         text = base.mark_text(color="#8a8a8a", align="left", baseline="bottom", dx=4, fontSize=11)
         drawn = rule + text.encode(x="time:Q", y=alt.value(HEIGHT - 4), text="label:N") + drawn
         marked = " Upright dashed lines mark whole Schuler periods."
+    capital = what[:1].upper() + what[1:]
+    bounded = " Dashed: the bound that the method itself gives, three standard deviations." if quantity.bound else ""
     return Chart(
         f"growth_{field}",
-        f"{what.capitalize()} over time",
-        f"{what.capitalize()} over time, logarithmic, one line a method.{marked}",
+        f"{capital} over time",
+        f"{capital} over time, logarithmic, one line a method.{bounded}{marked}",
         specification(drawn, periods=periods),
         data,
     )
 
 
-def parts(data: str, names: Sequence[str], case: str) -> list[Chart]:
+def _over_time(alt: Any, *, settling: bool) -> Any:
+    if settling:
+        return logarithmic(alt, alt.X, "time", "time, s")
+    return alt.X("time:Q", title="time, s", scale=alt.Scale(nice=False))
+
+
+def consistency(
+    name: str,
+    data: str,
+    names: Mapping[str, int],
+    case: str,
+    field: str,
+    told: tuple[str, str],
+    bands: Sequence[Row],
+    fewer: str = "",
+) -> Chart:
+    """Return the diagram of a normalised estimation error squared over time, with its band as a shaded strip.
+
+    Parameters
+    ----------
+    name : str
+        Name of the chart.
+    data, names, case
+        As for `work_precision`.
+    field : str
+        The normalised error.
+    told : tuple of str
+        Title, and what the description adds to it.
+    bands : sequence of mapping
+        ``case``, ends ``low`` and ``high`` of the band, and ``label``.
+    fewer : str
+        Field that is true where a value rests on fewer runs than the band. Points are drawn then, these hollow, where
+        the field ``told`` is true.
+    """
+    import altair as alt
+
+    chart, series = _shown(alt, data, names, case, field)
+    title, more = told
+    axis = "normalised estimation error squared"
+    drawn = _lines(
+        alt,
+        chart,
+        series,
+        "time",
+        fewer,
+        marked="datum.told",
+        x=_over_time(alt, settling=True),
+        y=logarithmic(alt, alt.Y, field, axis),
+        tooltip=[
+            "subject:N",
+            alt.Tooltip("time:Q", title="time, s"),
+            alt.Tooltip(f"{field}:Q", title="NEES", format=".4~g"),
+        ],
+    )
+    base = alt.Chart(alt.NamedData(name="bands")).transform_filter("datum.case == shown_case")
+    strip = base.mark_rect(color="#808080", opacity=0.22).encode(y=alt.Y("low:Q", title=axis), y2="high:Q")
+    # In the corner that lines leave free: they begin low.
+    label = base.mark_text(color="#8a8a8a", align="left", baseline="top", fontSize=11).encode(
+        x=alt.value(6), y=alt.value(6), text="label:N"
+    )
+    shown = specification(strip + drawn + label, bands=bands)
+    return Chart(name, title, f"{title}, both axes logarithmic. {more}", shown, data)
+
+
+def parts(data: str, names: Mapping[str, int], case: str) -> list[Chart]:
     """Return the diagrams of the secular part of an error against what is left without it."""
     import altair as alt
 

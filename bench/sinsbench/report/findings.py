@@ -11,7 +11,7 @@ from typing import Any
 from sinsbench.claims.model import PAPERS
 from sinsbench.cli.claims import changed_verdicts, claim_table, verdict_counts
 from sinsbench.dashboard import compared, standing_regressions
-from sinsbench.report import others
+from sinsbench.report import mast, others
 from sinsbench.report.model import Check, Section, Table
 from sinsbench.report.results import Results, Row, real
 
@@ -33,6 +33,11 @@ _PACKAGES = ("sinsbench", "numpy", "scipy", "numba", "pyarrow", "python-flint", 
 _COMMIT = 10  # hexadecimal digits that people read
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number of things: 1 case, 2 cases."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
 def checks(results: Results) -> list[Check]:
     """Return the lines of the first screen: what was checked, and what of it holds."""
     return [*_of_data(results), *_of_scores(results), *_of_claims(results), *_of_mutants(results), *_of_runs(results)]
@@ -44,21 +49,23 @@ def _of_data(results: Results) -> Iterator[Check]:
             int(sum(real(row, f"checks that {verb}") or 0 for row in results.datasets)) for verb in ("hold", "fail")
         )
         values = int(sum(real(row, "values") or 0 for row in results.datasets))
-        found = f"{values:,} values proved; {held:,} checks hold, {failed:,} fail"
+        found = f"{counted(values, 'value')} proved; checks: {held:,} hold, {failed:,} fail"
         yield Check("Truth of the papers' cases", found, failed == 0, "data")
     if results.checks:
         failed = sum(not row["holds"] for row in results.checks)
         held = len(results.checks) - failed
-        yield Check("Datasets on disk", f"{held:,} checks hold, {failed:,} fail", failed == 0, "data")
+        yield Check("Datasets on disk", f"checks: {held:,} hold, {failed:,} fail", failed == 0, "data")
 
 
 def _of_scores(results: Results) -> Iterator[Check]:
     names = {"dual_precession": "work_precision", "equator_errors": "equator", "gyro_systems": "gyroscopic"}
+    names[mast.DATASET] = mast.NAME
     for dataset in dict.fromkeys(row["dataset"] for row in results.scores):
         rows = [row for row in results.scores if row["dataset"] == dataset]
         broken = [row for row in rows if row["status"] not in ("ok", "not applicable")]
         subjects, cases = ({row[key] for row in rows} for key in ("subject", "case"))
-        found = f"{len(subjects)} methods on {len(cases)} cases, {len(rows):,} runs; {len(broken):,} failed"
+        runs = counted(len(rows), "run")
+        found = f"{counted(len(subjects), 'method')} on {counted(len(cases), 'case')}, {runs}; {len(broken):,} failed"
         section = names.get(dataset, f"scores_{dataset}")
         yield Check(
             f"Scores on {dataset}", found, not broken, "failures" if broken else section, ("all ran", "failures")
@@ -70,10 +77,10 @@ def _of_claims(results: Results) -> Iterator[Check]:
         counts = Counter(row["verdict"] for row in results.claims)
         changed = changed_verdicts([row for row in results.claims if row["paper"] in PAPERS])
         found = (
-            f"{len(results.claims)}: {counts['reproduced']} reproduced, {counts['misprint']} misprints explained, "
-            f"{counts['not reproduced']} not reproduced"
+            f"{len(results.claims)}: {counts['reproduced']} reproduced, {counted(counts['misprint'], 'misprint')} "
+            f"explained, {counts['not reproduced']} not reproduced"
         )
-        words = ("verdicts as on record", f"{len(changed)} verdicts not as on record")
+        words = ("verdicts as on record", f"{counted(len(changed), 'verdict')} not as on record")
         yield Check("What the papers print", found, not changed, "claims", words)
 
 
@@ -93,7 +100,7 @@ def _of_runs(results: Results) -> Iterator[Check]:
     if results.runs:
         standing = standing_regressions(compared(results.runs))
         commits = ", ".join(dict.fromkeys(str(row["commit"])[:_COMMIT] or str(row["run"]) for row in standing))
-        found = f"{len(results.runs)} runs; {len(standing)} benchmarks slower than before"
+        found = f"{counted(len(results.runs), 'run')}; {counted(len(standing), 'benchmark')} slower than before"
         found += f" ({commits})" if commits else ""
         yield Check("Stored timings", found, not standing, "timings", ("none slower", "slower"))
 

@@ -6,10 +6,13 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from sinsbench.dashboard import Run, is_run, read_runs
+from sinsdata.cases import CASE_CLASSES, Case
+from sinsdata.tiers import CaseFileError, cases_from_toml
 
 __all__ = ["ReportError", "Results", "Row", "positive", "read_results", "real"]
 
@@ -25,8 +28,12 @@ _KINDS: dict[str, tuple[frozenset[str], tuple[str, ...]]] = {
     "datasets": (frozenset({"dataset", "checks that hold", "checks that fail"}), ("dataset",)),
     "checks": (frozenset({"where", "what", "holds"}), ("where",)),
 }
+#: Cases of a file that are looked at: a sweep may have millions.
+_MOST_CASES = 10_000
 _ENVIRONMENT = {"python", "machine", "system", "sinsbench"}
-_ADMISSIBLE = "what score, claims, mutants, verify and reproduce write as JSON, and stored benchmark runs"
+_ADMISSIBLE = (
+    "what score, claims, mutants, verify and reproduce write as JSON, stored benchmark runs, and case files (TOML)"
+)
 
 
 class ReportError(ValueError):
@@ -45,6 +52,8 @@ class Results:
         Stored benchmark runs.
     environment : mapping of str to str
         Machine and versions of a reproduction.
+    cases : mapping of str to mapping of str to Case
+        Dataset, then name: cases from files that were scored on.
     """
 
     scores: list[Row] = field(default_factory=list)
@@ -56,6 +65,7 @@ class Results:
     checks: list[Row] = field(default_factory=list)
     runs: list[Run] = field(default_factory=list)
     environment: Mapping[str, str] = field(default_factory=dict)
+    cases: Mapping[str, Mapping[str, Case]] = field(default_factory=dict)
 
 
 def real(row: Row, name: str) -> float | None:
@@ -79,7 +89,7 @@ def read_results(paths: Iterable[Path]) -> Results:
     ----------
     paths : iterable of Path
         JSON files, or folders: of these every result below them is read, and other JSON files are passed over. Where
-        two files hold results of the same thing, the later file counts.
+        two files hold results of the same thing, the later file counts. TOML files are of cases that were scored on.
 
     Returns
     -------
@@ -88,12 +98,16 @@ def read_results(paths: Iterable[Path]) -> Results:
     Raises
     ------
     ReportError
-        If a file or folder is missing, is no JSON, or holds no result.
+        If a file or folder is missing, is no JSON, or holds no result, or a case file fits no dataset that was scored.
     """
     found: dict[str, dict[tuple[Any, ...], list[Row]]] = {kind: {} for kind in _KINDS}
     runs: list[Path] = []
     environment: dict[str, str] = {}
-    for path in paths:
+    listed = list(paths)
+    case_files = [path for path in listed if path.suffix == ".toml" and path.is_file()]
+    for path in listed:
+        if path in case_files:
+            continue
         files = _files(path)
         known = 0
         for file in files:
@@ -113,7 +127,30 @@ def read_results(paths: Iterable[Path]) -> Results:
     rows: dict[str, list[Row]] = {
         kind: [row for group in groups.values() for row in group] for kind, groups in found.items()
     }
-    return Results(**rows, runs=read_runs(dict.fromkeys(runs)), environment=environment)
+    cases = _cases(case_files, rows["scores"])
+    return Results(**rows, runs=read_runs(dict.fromkeys(runs)), environment=environment, cases=cases)
+
+
+def _cases(files: Iterable[Path], scores: Iterable[Row]) -> dict[str, dict[str, Case]]:
+    """Return those cases of files that were scored on; a file is of whichever dataset its cases are admissible in."""
+    names: dict[str, set[str]] = {}
+    for row in scores:
+        names.setdefault(row["dataset"], set()).add(row["case"])
+    found: dict[str, dict[str, Case]] = {}
+    for file in files:
+        complaint = f"{file}: a case file, but nothing was scored on a dataset"
+        for dataset in (name for name in names if name in CASE_CLASSES):
+            try:
+                cases = cases_from_toml(dataset, file)
+            except CaseFileError as error:
+                complaint = str(error)
+                continue
+            known = {case.name: case for case in islice(cases, _MOST_CASES) if case.name in names[dataset]}
+            found[dataset] = found.get(dataset, {}) | known
+            break
+        else:
+            raise ReportError(complaint)
+    return found
 
 
 def _files(path: Path) -> Sequence[Path]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from sinsbench.report import charts, findings
+from sinsbench.cli.scores import EQUATOR_ERRORS
+from sinsbench.report import charts, findings, mast
 from sinsbench.report.boards import known_cases, own_interval
 from sinsbench.report.model import Section, Table
+from sinsbench.report.picking import picked, places, short
 from sinsbench.report.results import Results, Row, positive, real
 from sinsbench.report.series import SERIES_FIELDS, Progress, error_series
 from sinsbench.report.stability import places_of, stability_charts, stability_limits, stability_map
@@ -17,7 +19,6 @@ __all__ = ["sections"]
 
 #: Rows that the charts of a section draw at most; of more, the first cases are drawn.
 _MOST_POINTS = 2500
-_DIGITS = 4
 #: What the charts of secular and periodic parts need besides the errors.
 _PARTS = ["attitude_periodic_max", "secular_velocity_rate", "velocity_periodic_max"]
 _SECULAR_TABLE = {
@@ -32,12 +33,7 @@ _SECULAR_TABLE = {
 _EQUATOR_TABLE = {
     "subject": "subject",
     "case": "case",
-    "dv_N, m/s": "error_dv_north_max",
-    "dv_H, m/s": "error_dv_up_max",
-    "dv_E, m/s": "error_dv_east_max",
-    "dH, m": "error_d_height_max",
-    "dphi, rad": "error_d_latitude_max",
-    "dlambda, rad": "error_d_longitude_max",
+    **EQUATOR_ERRORS,
     "correct digits": "scd",
     "mixed": "mescd",
     "ns a row": "ns_per_sample",
@@ -66,25 +62,6 @@ _GROWTH_TITLES = {
 }
 
 
-def picked(rows: Iterable[Row], columns: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return rows with the headings people read; columns that say nothing throughout are left out."""
-    known = list(rows)
-    used = {
-        heading: field
-        for heading, field in columns.items()
-        if any(row.get(field) not in (None, "", "ok") for row in known)
-    }
-    return [{heading: row.get(field) for heading, field in used.items()} for row in known]
-
-
-def short(row: Row, fields: Iterable[str]) -> dict[str, Any]:
-    """Return fields of a row, numbers with the digits that a chart can show."""
-    values = {name: row.get(name) for name in fields}
-    return {
-        name: float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value for name, value in values.items()
-    }
-
-
 def _in_charts(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return the cases that charts can hold, the one with the most rows first."""
     counts: dict[str, int] = {}
@@ -98,16 +75,6 @@ def _in_charts(rows: Sequence[Row]) -> tuple[str, ...]:
             break
         kept.append(case)
     return tuple(kept)
-
-
-def _subjects(scores: Sequence[Row], dataset: str) -> tuple[str, ...]:
-    """Return the subjects of a dataset: their order decides on their styles, which are the same in all charts."""
-    return tuple(dict.fromkeys(row["subject"] for row in scores if row["dataset"] == dataset))
-
-
-def _places(names: Sequence[str], rows: Sequence[Row]) -> dict[str, int]:
-    drawn = {row["subject"] for row in rows}
-    return {name: place for place, name in enumerate(names) if name in drawn}
 
 
 def _told_of_cases(shown: Collection[str], rows: Sequence[Row]) -> str:
@@ -170,7 +137,7 @@ def _ladders(scores: Sequence[Row], dataset: str) -> Iterator[Section]:
     told = _LADDERS[dataset]
     own = {id(row) for row in own_interval(rows)}
     cases = _in_charts(rows)
-    names = _subjects(scores, dataset)
+    names = places(scores, dataset, rows)
     fields = ["subject", "case", "interval", "observed_order", "flops_per_second", "ns_per_second"]
     fields += [name for measure in charts.MEASURES[dataset] for name in (measure.field, measure.at_floor)]
     fields += _PARTS if dataset == "dual_precession" else ()
@@ -178,7 +145,7 @@ def _ladders(scores: Sequence[Row], dataset: str) -> Iterator[Section]:
     drawn = [short(_a_second(row), fields) | {"own": id(row) in own} for row in rows if row["case"] in cases]
     common: dict[str, Any] = {
         "data": {name: drawn},
-        "series": _places(names, rows),
+        "series": names,
         "cases": cases,
         "files": {"scores": scores},
     }
@@ -221,7 +188,7 @@ def _growth(series: Sequence[Row], scores: Sequence[Row], dataset: str) -> Itera
     if not rows:
         return
     measures = SERIES_FIELDS[dataset]
-    names = _subjects(scores, dataset)
+    names = places(scores, dataset, rows)
     cases = tuple(dict.fromkeys(row["case"] for row in rows))
     periods = _periods(rows)
     told = f" The Schuler period is {periods[0]['time']:.0f} s." if periods else ""
@@ -230,9 +197,9 @@ def _growth(series: Sequence[Row], scores: Sequence[Row], dataset: str) -> Itera
         f"growth_{dataset}",
         *_GROWTH_TITLES[dataset],
         f"Built-in methods run again while this page was made, at the cases' own sampling interval.{told}",
-        charts=tuple(charts.growth(data, names, cases[0], field, unit, periods) for field, unit in measures),
+        charts=tuple(charts.growth(data, names, cases[0], charts.Quantity(*one), periods) for one in measures),
         data={data: [short(row, ("subject", "case", "time", *(field for field, _ in measures))) for row in rows]},
-        series=_places(names, rows),
+        series=names,
         cases=cases,
         files={data: rows},
     )
@@ -266,7 +233,7 @@ def _equator(results: Results) -> Iterator[Section]:
         )
     if scores or any(row["paper"] == "loginov2013" for row in results.claims):
         known = known_cases("equator_errors", {row["case"] for row in scores}).values()
-        places = places_of(case for case in known if isinstance(case, EquatorCase))
+        scored = places_of(case for case in known if isinstance(case, EquatorCase))
         rows = stability_map()
         data = {"stability": [short(row, row) for row in rows]}
         yield Section(
@@ -276,7 +243,7 @@ def _equator(results: Results) -> Iterator[Section]:
             "The vertical channel grows as exp(β₃ t), the longitude channel oscillates with the frequency μ, between "
             "the two speeds at which the specific force a_H vanishes. The formulas of Loginov, Tkachenko, Chelnokov "
             "(2013) also divide by ω_N, which vanishes at a westward speed of 465 m/s on the ground.",
-            charts=tuple(stability_charts("stability", places, stability_limits())),
+            charts=tuple(stability_charts("stability", scored, stability_limits())),
             data=data,
             files={"stability": rows},
         )
@@ -308,7 +275,7 @@ def _gyroscopic(results: Results) -> Iterator[Section]:
 def _others(results: Results) -> Iterator[Section]:
     """Yield the scores on datasets that have no section of their own."""
     for dataset in dict.fromkeys(row["dataset"] for row in results.scores):
-        if dataset in ("dual_precession", "equator_errors", "gyro_systems"):
+        if dataset in ("dual_precession", "equator_errors", "gyro_systems", mast.DATASET):
             continue
         rows = [row for row in own_interval(results.scores) if row["dataset"] == dataset]
         table = Table(f"scores_{dataset}", "Scores", picked(rows, {name: name for row in rows for name in row}))
@@ -326,13 +293,14 @@ def sections(results: Results, progress: Progress = lambda done, total, what: No
         ``progress(done, total, what)``, while errors over time are computed.
     """
     scores = results.scores
-    series = error_series(own_interval(scores), progress)
+    series = error_series(own_interval(scores), progress, results.cases)
     return (
         *_ladders(scores, "dual_precession"),
         *_growth(series, scores, "dual_precession"),
         *_gyroscopic(results),
         *_ladders(scores, "gyro_systems"),
         *_growth(series, scores, "gyro_systems"),
+        *mast.sections(scores, series),
         *_equator(results),
         *_others(results),
         *findings.sections(results),

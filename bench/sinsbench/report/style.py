@@ -27,6 +27,8 @@ HEIGHT = 340
 """Height of a chart, pixels."""
 #: First digit of a tick, which is a digit times a power of ten.
 _LEADING = "round(1e6 * datum.value / pow(10, floor(log(datum.value) / LN10 + 1e-9))) / 1e6"
+#: Format of a tick's label: without a power of ten where that is short.
+_FORM = "datum.value < 0.001 || datum.value > 1e4 ? '.0e' : '~g'"
 #: For figures in papers; the page brings its own, for light and dark.
 FIGURE_CONFIG: Mapping[str, Any] = {
     "background": "white",
@@ -44,9 +46,12 @@ def style_of(place: int) -> tuple[str, str, tuple[int, ...]]:
     return COLOURS[place % len(COLOURS)], SHAPES[turn], DASHES[turn]
 
 
-def series_encodings(alt: Any, field: str, names: Sequence[str]) -> dict[str, Any]:
-    """Return the encodings of colour, shape and dashes by series, with one legend for the three."""
-    styles = [style_of(place) for place in range(len(names))]
+def series_encodings(alt: Any, field: str, names: Mapping[str, int]) -> dict[str, Any]:
+    """Return the encodings of colour, shape and dashes by series, with one legend for the three.
+
+    `names` has the series with the places that choose their styles.
+    """
+    styles = [style_of(place) for place in names.values()]
     legend = alt.Legend(title=None, columns=max(1, -(-len(names) // 24)), symbolLimit=0)
     channels = (("color", alt.Color, 0), ("shape", alt.Shape, 1), ("strokeDash", alt.StrokeDash, 2))
     return {
@@ -59,7 +64,8 @@ def series_encodings(alt: Any, field: str, names: Sequence[str]) -> dict[str, An
 
 def logarithmic(alt: Any, channel: Any, field: str, title: str) -> Any:
     """Return a position channel with a logarithmic axis that names its unit."""
-    form = "~g" if field == "interval" else ".0e"
+    ends = f"domain('{'x' if channel is alt.X else 'y'}')"
+    labelled = f"{ends}[1] < 30 * {ends}[0] ? [1, 2, 3, 5, 7] : [1, 2, 5]"
     return channel(
         f"{field}:Q",
         title=title,
@@ -67,7 +73,7 @@ def logarithmic(alt: Any, channel: Any, field: str, title: str) -> Any:
         axis=alt.Axis(
             tickCount=5,
             labelOverlap=True,
-            labelExpr=f"indexof([1, 2, 5], {_LEADING}) < 0 ? '' : format(datum.value, '{form}')",
+            labelExpr=f"indexof({labelled}, {_LEADING}) < 0 ? '' : format(datum.value, {_FORM})",
             gridOpacity=alt.condition(f"{_LEADING} == 1", alt.value(1), alt.value(0.3)),
             tickOpacity=alt.condition(f"{_LEADING} == 1", alt.value(1), alt.value(0.5)),
         ),

@@ -22,6 +22,7 @@ __all__ = [
     "QUANTITIES",
     "Estimates",
     "FailedEstimateError",
+    "attitudes",
     "checked_estimates",
     "error_vectors",
     "gauge_free_errors",
@@ -252,6 +253,27 @@ def _true_values(truth: MastMotion, rows: NDArray[np.int64]) -> dict[str, Array]
     return {name: getattr(truth, attribute)[rows] for name, attribute in names.items()}
 
 
+def attitudes(values: Mapping[str, Array], turned: Array) -> dict[str, Array]:
+    """Return the attitudes that are scored, none of which depends on the twist of the mast's axes.
+
+    Parameters
+    ----------
+    values : mapping of str to ndarray
+        The names of `COLUMNS`.
+    turned : ndarray, shape (m,)
+        Angle by which the Earth has turned, rad.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (m, 4)
+        ``mu``, ``nu``, ``chi`` and ``antenna`` of `QUANTITIES`.
+    """
+    nu = _after(values["lambda"], values["eta"])
+    chi = _after(values["mu"], nu)
+    level = _level(values["longitude"] + turned, values["latitude"])
+    return {"mu": values["mu"], "nu": nu, "chi": chi, "antenna": _after(_inverse(level), chi)}
+
+
 def gauge_free_errors(estimates: Estimates, truth: MastMotion) -> dict[str, Array]:
     """Return the absolute values of errors over time.
 
@@ -267,13 +289,8 @@ def gauge_free_errors(estimates: Estimates, truth: MastMotion) -> dict[str, Arra
     """
     true = _true_values(truth, estimates.rows)
     turned = truth.rotation_rate * truth.time[estimates.rows]
-    attitudes = []
-    for given in (estimates.values, true):
-        nu = _after(given["lambda"], given["eta"])
-        chi = _after(given["mu"], nu)
-        level = _level(given["longitude"] + turned, given["latitude"])
-        attitudes.append({"mu": given["mu"], "nu": nu, "chi": chi, "antenna": _after(_inverse(level), chi)})
-    errors = {name: np.linalg.norm(_vectors(attitudes[0][name], attitudes[1][name]), axis=1) for name in attitudes[0]}
+    computed, right = (attitudes(values, turned) for values in (estimates.values, true))
+    errors = {name: np.linalg.norm(_vectors(computed[name], right[name]), axis=1) for name in computed}
     masts = [_mast_direction(given["lambda"]) for given in (estimates.values, true)]
     apart, together = (np.linalg.norm(x, axis=1) for x in (masts[0] - masts[1], masts[0] + masts[1]))
     east, north, up = (estimates.values[name] - true[name] for name in ("longitude", "latitude", "height"))

@@ -12,7 +12,7 @@ from sinsbench.scoring.mast import NEES_TIMES
 from sinsbench.scoring.mast_errors import BLOCKS, QUANTITIES
 from sinsbench.scoring.rows import Field, plain_row
 
-__all__ = ["CONFIDENCE", "SUMMARY_FIELDS", "nees_band", "summary"]
+__all__ = ["CONFIDENCE", "SUMMARY_FIELDS", "family_of", "nees_band", "summary"]
 
 CONFIDENCE = 0.95
 """Probability with which the mean over runs of a consistent estimator lies in its band."""
@@ -44,6 +44,12 @@ SUMMARY_FIELDS = (
     ),
     Field("nis_ratio", "", "mean over the runs of nis_ratio"),
 )
+
+
+def family_of(case: str) -> str | None:
+    """Return the name of the family that a case is one of, None where it is of none."""
+    matched = _MEMBER.fullmatch(case)
+    return matched[1] if matched else None
 
 
 def nees_band(freedom: int, runs: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
@@ -91,8 +97,9 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for row in rows:
-        if matched := _MEMBER.fullmatch(row["case"]):
-            groups.setdefault((row["subject"], matched[1]), []).append(row)
+        # A case that a subject does not claim to bear, or that a file does not hold, is no run and no failure.
+        if row["status"] != "not applicable" and (family := family_of(row["case"])):
+            groups.setdefault((row["subject"], family), []).append(row)
     return [_summarised(*key, members) for key, members in groups.items() if len(members) > 1]
 
 
