@@ -1,14 +1,14 @@
 """The claims of Sokolov, Pogorelov, Reshetnikova 2024: residuals of equations, figures of runs, verdicts on record."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sinsbench.claims import load_claims
+from sinsbench.claims import load_claims, mast_runs
 from sinsbench.claims.evaluate import evaluate_claims
 from sinsbench.claims.gyroscopic_form_data import Data, times
 from sinsbench.claims.gyroscopic_forms import holding, residuals_of
@@ -16,12 +16,19 @@ from sinsbench.claims.mast_forms import EQUATIONS, Forms, residuals
 from sinsbench.claims.mast_recipes import RECIPES
 from sinsbench.claims.mast_runs import ANGLES, angles, nis_ratio, run, settled
 from sinsbench.claims.model import recorded_verdicts
+from sinsbench.claims.quantities import Enclosure
+from sinsbench.scoring.mast_errors import inputs_of
+from sinsbench.subjects.mast.contract import MastInputs
+from sinsdata.tiers import cases_of
+from sinsdata.truth.mast import sampled
 from sinsref.arithmetic import MpArithmetic
+from sinsref.exact import ExactNumber
 from sinsref.mast import exponential
 from sinsref.quaternion import product
 
 PAPER = "sokolov2024"
 CLAIMS = {claim.id: claim for claim in load_claims(PAPER)}
+PAPER_CASES = {case.name: case for case in cases_of("mast_antenna", "paper")}
 RIGHT = {
     "(3.5)": "- (2 Omega_S + omega_S) x V",
     "(3.14), g": "Omega^2 r cos^2(lat)",
@@ -122,6 +129,42 @@ def test_innovations_tell_an_error_of_the_equations() -> None:
     assert abs(nis_ratio("mekf_nu", "N1_G1", "2") - 1) < 0.3
     assert nis_ratio("mekf_nu_az_gravity_twice", "N1_G1", "2") > 3
     assert nis_ratio("mekf_nu_az_range_root", "N1_G1", "2") > 3
+
+
+@pytest.mark.parametrize("name", ["N4_G1", "N1_G3"])
+def test_a_part_of_the_common_motion_is_the_case_itself(name: str) -> None:
+    """What estimators see of it, to the bit, and what they are judged by."""
+    part = mast_runs._truth(name, "3")
+    own = sampled(replace(PAPER_CASES[name], duration=ExactNumber("3")))
+    for field in fields(MastInputs):
+        given, expected = (getattr(inputs_of(truth), field.name) for truth in (part, own))
+        assert np.array_equal(given, expected) if isinstance(given, np.ndarray) else given == expected, field.name
+    for column in ("mu", "eta", "lam", "longitude", "latitude", "height", "velocity", "mast_rate"):
+        assert np.array_equal(getattr(part, column), getattr(own, column)), column
+    assert part.case_name == name
+
+
+def test_an_increase_is_the_median_over_seeds_of_the_worst_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = {"seed_1000": [1.0, 2.0, 4.0], "mild": [1.0, 2.2, 4.4], "harsh": [3.0, 2.0, 5.0]}
+    monkeypatch.setattr(mast_runs, "changed_sizes", lambda estimator, case: {"mast": np.array(sizes[case])})
+    found = RECIPES["increase"](of="mast", changes=("mild", "harsh"), estimator="any")
+    assert found.value == Enclosure.exact(25)
+    assert found.findings == {
+        "mild": "10 %, 0 to 10 with single seeds",
+        "harsh": "25 %, 0 to 2e+02 with single seeds",
+    }
+
+
+def test_sizes_with_another_motion_of_the_mast(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two seeds of four seconds: errors of the mast grow with its amplitude, those of the vehicle do not know of it."""
+    monkeypatch.setattr(mast_runs, "SEEDS", (1000, 1001))
+    monkeypatch.setattr(mast_runs, "CHANGED", {"duration": ExactNumber("4"), "interval": ExactNumber("0.05")})
+    usual, changed = (
+        mast_runs.changed_sizes.__wrapped__("mekf_nu_az", case) for case in ("seed_1000", "amplitude_1.8")
+    )
+    assert len(set(usual["mast"])) == 2
+    assert np.all(np.abs(changed["mast"] / usual["mast"] - 1) > 1e-3)
+    assert np.all(np.abs(changed["mu"] / usual["mu"] - 1) < 1e-2)
 
 
 def test_settling_of_a_claim() -> None:

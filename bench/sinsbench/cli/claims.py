@@ -8,7 +8,6 @@ from typing import Any
 
 from sinsbench.claims.evaluate import evaluate
 from sinsbench.claims.model import PAPERS, VERDICTS, recorded_verdicts
-from sinsbench.claims.stories import stories
 from sinsbench.cli.errors import UsageError
 from sinsbench.cli.output import Progress
 
@@ -88,6 +87,9 @@ def verdict_counts(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 def story_tables(papers: Sequence[str] | None, progress: Progress) -> list[tuple[str, list[dict[str, Any]], str]]:
     """Return title, table and sentence of every story of the papers."""
+    # Imported here: it loads the compiler, which a process that only shows claims has no use for.
+    from sinsbench.claims.stories import stories
+
     told = []
     wanted = _known(papers)
     for number, paper in enumerate(wanted):

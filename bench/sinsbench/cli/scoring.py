@@ -11,7 +11,13 @@ from sinsbench.cli.errors import UsageError
 from sinsbench.cli.options import JsonFile
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from sinsbench.cli.choices import Guests
     from sinsdata.cases import Case
+
+#: Into how many parts a worker's share of many cases is cut, so that all end together.
+_PARTS = 8
 
 
 def score(
@@ -66,6 +72,9 @@ def score(
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw errors over the intervals too: .svg or .png.")
     ] = None,
+    workers: Annotated[
+        int, typer.Option(min=1, help="Processes that share the cases; times are best taken in one.")
+    ] = 1,
     json: JsonFile = None,
 ) -> None:
     """Score subjects, built-in or your own, against certified truth. Without a subject: every built-in one.
@@ -77,9 +86,6 @@ def score(
     from sinsbench.cli.scores import native, response_tables, score_tables, work_precision_tables
     from sinsbench.figures import check_figure, ladder_figure
     from sinsbench.scoring.requirements import parse_requirement, violations
-    from sinsbench.scoring.score import loaded_subjects
-    from sinsbench.scoring.score import responses as score_responses
-    from sinsbench.scoring.score import score as score_subjects
     from sinsbench.subjects.processes import Limits
 
     output = Output()
@@ -107,9 +113,8 @@ def score(
     check_figure(figure, [dataset for dataset, _ in chosen])
     for dataset, held in chosen:
         scored += held
-        loaded = loaded_subjects(guests.subjects(subjects or (), dataset, held), dataset, takes)
         with output.progress(f"scoring on {dataset}") as progress:
-            rows += score_responses(loaded, held, progress) if responses else score_subjects(loaded, held, progress)
+            rows += _rows(guests, subjects or (), dataset, held, responses, progress, workers)
     output.json(json, rows)
     if figure is not None:
         ladder_figure(rows, figure)
@@ -122,3 +127,36 @@ def score(
         output.line(line)
     broken = [row for row in rows if row["status"] not in ("ok", "not applicable")]
     raise typer.Exit(1 if broken or missed else 0)
+
+
+def _rows(
+    guests: Guests,
+    subjects: Sequence[str],
+    dataset: str,
+    cases: Sequence[Case],
+    responses: bool,
+    progress: Callable[[int, int, str], None] | None,
+    workers: int = 1,
+    only: slice = slice(None),
+) -> list[dict[str, Any]]:
+    """Score on cases of a dataset, or on some of them; with several workers each takes some after the other."""
+    from sinsbench.reproduction.parallel import Part, run_parts
+    from sinsbench.scoring.score import loaded_subjects
+    from sinsbench.scoring.score import responses as score_responses
+    from sinsbench.scoring.score import score as score_subjects
+
+    loaded = loaded_subjects(guests.subjects(subjects, dataset, cases), dataset, guests.takes)
+    if workers > 1 and len(cases) > 1 and progress is not None:
+        # A process loads the subjects itself: functions and programs do not travel, their names do.
+        size = max(1, len(cases) // (_PARTS * workers))
+        parts = [
+            Part(
+                f"scoring from {cases[first].name} on",
+                _rows,
+                (guests, subjects, dataset, cases, responses, None, 1, slice(first, first + size)),
+            )
+            for first in range(0, len(cases), size)
+        ]
+        return [row for rows in run_parts(parts, progress, workers) for row in rows]
+    chosen = cases[only]
+    return score_responses(loaded, chosen, progress) if responses else score_subjects(loaded, chosen, progress)

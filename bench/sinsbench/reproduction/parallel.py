@@ -12,7 +12,7 @@ from typing import Any
 from sinsdata.generation.workers import follow_parent
 
 #: More processes would each load the compiler and the truth anew: memory for little time.
-_MOST_PROCESSES = 2
+_PROCESSES = 2
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Part:
     arguments: tuple[Any, ...]
 
 
-def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None]) -> list[Any]:
-    """Run parts, on two processes where there are two cores, and return their results in order.
+def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None], processes: int = _PROCESSES) -> list[Any]:
+    """Run parts on several processes, where there are as many cores, and return their results in order.
 
     Parameters
     ----------
@@ -43,10 +43,11 @@ def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None]) ->
         Long ones first: the processes then end together.
     report : callable
         ``report(done, total, what)`` after each part.
+    processes : int, default 2
+        At most.
     """
-    processes = min(
-        _MOST_PROCESSES, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    )
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    processes = min(processes, cores, len(parts))
     if processes < 2:
         results = []
         for number, part in enumerate(parts):

@@ -1,30 +1,33 @@
-"""Generate, verify, score and judge the papers' cases."""
+"""Generate, verify, score and judge the papers' cases.
+
+The process that hands out the parts waits for most of the time: what they compute with is imported where it is used,
+in the processes that do the work.
+"""
 
 from __future__ import annotations
 
 import platform
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sinsbench.claims.model import PAPERS
 from sinsbench.cli.claims import changed_verdicts, claim_rows, story_tables
-from sinsbench.cli.output import Progress
-from sinsbench.report.results import read_results
-from sinsbench.report.write import write_report
-from sinsbench.reproduction.files import write_results
 from sinsbench.reproduction.parallel import Part, run_parts
-from sinsbench.scoring.score import score
 from sinsbench.subjects.registry import subjects_of
 from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase
-from sinsdata.generation.generate import Generated, generate
-from sinsdata.tiers import paper_cases
-from sinsdata.verification.stored_cases import load_cases
-from sinsdata.verification.verify import Check, verify
+
+if TYPE_CHECKING:
+    from sinsbench.cli.output import Progress
+    from sinsdata.generation.generate import Generated
+    from sinsdata.verification.verify import Check
 
 #: Datasets whose truth the papers' numbers are judged by, and the tables of it; None for all.
 _TABLES = {"equator_errors": None, "dual_precession": ("increments", "truth")}
+#: How many groups are scored before the precessions: one for each process.
+_BEFORE = 2
 #: Packages whose versions decide on what comes out.
 _PACKAGES = ("sinsbench", "numpy", "scipy", "numba", "pyarrow", "python-flint", "mpmath")
 
@@ -82,19 +85,23 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     -------
     Reproduction
     """
-    # Not in this process either: what truth is computed with would stay in its memory to the end.
-    generations = [Part(f"generating {dataset}", _generate, (dataset, out / "data")) for dataset in _TABLES]
+    from sinsdata.tiers import paper_cases
+
+    generations = [
+        Part(f"generating {dataset}", _generate, (dataset, paper_cases(dataset), out / "data")) for dataset in _TABLES
+    ]
     data = run_parts(generations, lambda done, total, what: progress(round(10 * done / total), 100, what))
     datasets = [row for row, _, _ in data]
     failures = [failure for _, failed, _ in data for failure in failed]
     cases = [case for _, _, stored in data for case in stored]
-    # The longest first.
+    # The longest first: the later a paper, the more there is to recompute.
+    papers = PAPERS[::-1]
     parts = [
-        *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS),
-        *(Part(f"scoring on {group[0].name}", score, (_subjects(group), group)) for group in _groups(cases)),
+        *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in papers),
+        *(Part(f"scoring on {group[0].name}", _score, (_subjects(group), group)) for group in _groups(cases)),
     ]
     results = run_parts(parts, lambda done, total, what: progress(10 + round(88 * done / total), 100, what))
-    judged, scored = results[: len(PAPERS)], results[len(PAPERS) :]
+    judged, scored = results[: len(papers)][::-1], results[len(papers) :]
     places = {case.name: place for place, case in enumerate(cases)}
     scores = sorted((row for rows in scored for row in rows), key=lambda row: places[row["case"]])
     claims = [row for rows, _ in judged for row in rows]
@@ -107,14 +114,22 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     stories = [story for _, told in judged for story in told]
     result = Reproduction(out, datasets, scores, tuple(cases), claims, stories, _environment(), failures)
     progress(98, 100, "making the page")
+    from sinsbench.report.results import read_results
+    from sinsbench.report.write import write_report
+    from sinsbench.reproduction.files import write_results
+
     write_report(read_results(write_results(result)), out)
     progress(100, 100, "done")
     return result
 
 
-def _generate(dataset: str, folder: Path) -> tuple[dict[str, Any], list[str], tuple[Case, ...]]:
+def _generate(dataset: str, cases: Sequence[Case], folder: Path) -> tuple[dict[str, Any], list[str], tuple[Case, ...]]:
     """Write a dataset and check it; its row, the checks that fail, and its cases as the files hold them."""
-    made = generate(dataset, "paper", paper_cases(dataset), folder, tables=_TABLES[dataset])
+    from sinsdata.generation.generate import generate
+    from sinsdata.verification.stored_cases import load_cases
+    from sinsdata.verification.verify import verify
+
+    made = generate(dataset, "paper", cases, folder, tables=_TABLES[dataset])
     checks = list(verify(made.folder))
     failures = [f"{check.where}: {check.what}: {check.detail}" for check in checks if not check.holds]
     return _dataset_row(made, checks), failures, load_cases(made.folder)[1]
@@ -135,21 +150,26 @@ def _dataset_row(made: Generated, checks: list[Check]) -> dict[str, Any]:
 
 
 def _groups(cases: list[Case]) -> list[tuple[Case, ...]]:
-    """Return groups of cases to score together, long ones first; precessions with the same increments are together."""
-    groups: dict[Any, list[Case]] = {}
-    for case in cases:
-        if isinstance(case, DualPrecessionCase):
-            motion = (case.precession_ratio, case.spin_rate_dual, case.nutation_dual)
-            groups.setdefault(motion, []).append(case)
-        else:
-            groups.setdefault(case.name, []).append(case)
-    return sorted(map(tuple, groups.values()), key=lambda group: -sum(case.samples for case in group))
+    """Return groups of cases to score together, long ones first.
+
+    Precessions need 200 MB more than the rest: one process scores them all, and late enough not to stand beside the
+    longest of the papers, which needs as much.
+    """
+    precessions = tuple(case for case in cases if isinstance(case, DualPrecessionCase))
+    others = sorted(((case,) for case in cases if case not in precessions), key=lambda group: -group[0].samples)
+    return [*others[:_BEFORE], *filter(None, [precessions]), *others[_BEFORE:]]
 
 
 def _subjects(group: tuple[Case, ...]) -> list[str]:
     """Return the names of the subjects that a paper's claims rest on."""
     dataset = next(name for name, kind in CASE_CLASSES.items() if isinstance(group[0], kind))
     return [subject.name for subject in subjects_of(dataset) if subject.paper]
+
+
+def _score(subjects: list[str], cases: tuple[Case, ...]) -> list[dict[str, Any]]:
+    from sinsbench.scoring.score import score
+
+    return score(subjects, cases)
 
 
 def _judge(paper: str) -> tuple[list[dict[str, Any]], list[tuple[str, list[dict[str, Any]], str]]]:

@@ -11,7 +11,6 @@ from sinsbench.claims.model import VERDICTS
 from sinsbench.cli.claims import claim_table, verdict_counts
 from sinsbench.cli.output import Output, certified, markdown_table
 from sinsbench.cli.scores import native, score_tables
-from sinsbench.report.write import PAGE
 
 if TYPE_CHECKING:
     from sinsbench.reproduction.run import Reproduction
@@ -136,6 +135,8 @@ def headline(result: Reproduction) -> str:
 
 def show(result: Reproduction, output: Output) -> None:
     """Print the summary without its long tables, which are in ``summary.md``."""
+    from sinsbench.report.write import PAGE
+
     for section in sections(result):
         if section.long and not section.sentence:
             continue

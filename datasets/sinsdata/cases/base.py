@@ -35,8 +35,14 @@ def _is_plain(text: str) -> bool:
 def _short(value: object) -> str:
     if isinstance(value, int) and abs(value) > _LARGEST:  # Python refuses to print very long integers
         return f"(an integer of {value.bit_length()} bits)"
-    text = value.text if isinstance(value, ExactNumber | Profile) and value.text.isprintable() else repr(value)
+    text = _text(value)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _text(value: object) -> str:
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_text, value))}]"
+    return value.text if isinstance(value, ExactNumber | Profile) and value.text.isprintable() else repr(value)
 
 
 def checked_number(field: str, value: Any) -> ExactNumber:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -189,7 +190,7 @@ class MastMotion:
 def sampled(case: MastCase) -> MastMotion:
     """Return sensors and truth of a case as arrays: 1000 s at 100 Hz in about 2 s, 0.25 GB."""
     model, steps = GridModel(case), case.samples
-    arrays = _joined(list(mast_blocks(model, 2 * steps)), case.satellite_count)
+    arrays = _joined(mast_blocks(model, 2 * steps), 2 * steps + 1, case.satellite_count)
     rate_noise, range_noise = model.measurement_noise(0, steps + 1)
     names = ("gyro_sd", "accelerometer_sd", "antenna_rate_sd", "range_rate_sd", "range_sd")
     found: dict[str, Any] = {
@@ -212,11 +213,12 @@ def rate_2_limits(block: MastBlock) -> tuple[Array, Array]:
     return carried + block.antenna_rates[(rows + 1) // 2], carried + block.antenna_rates[rows // 2 + 1]
 
 
-def _joined(blocks: list[MastBlock], satellites: int) -> dict[str, Array]:
-    """Return the columns of blocks in one piece each; each block but the last without the row that the next repeats."""
-    pieces: dict[str, list[Array]] = {}
+def _joined(blocks: Iterable[MastBlock], count: int, satellites: int) -> dict[str, Array]:
+    """Return the columns of blocks in one piece each, of `count` rows; one block is in memory at a time."""
+    whole: dict[str, Array] = {}
     for block in blocks:
-        rows = slice(block.rows.count - (block is not blocks[-1]))
+        # The last row of a block is the first of the next, which decides.
+        rows = slice(block.rows.first, block.rows.first + block.rows.count)
         left, right = rate_2_limits(block)
         places = [block.satellite(n) for n in range(satellites)]
         ranges = [block.range_and_rate(n) for n in range(satellites)]
@@ -238,8 +240,10 @@ def _joined(blocks: list[MastBlock], satellites: int) -> dict[str, Array]:
             "range_rate": np.stack([rate for _, rate in ranges], axis=1),
         }
         for name, values in own.items():
-            pieces.setdefault(name, []).append(values[rows])
-    return {name: np.concatenate(parts) for name, parts in pieces.items()}
+            if name not in whole:
+                whole[name] = np.empty((count, *values.shape[1:]))
+            whole[name][rows] = values
+    return whole
 
 
 def start_estimate(case: MastCase) -> StartEstimate:

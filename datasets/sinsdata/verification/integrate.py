@@ -3,7 +3,8 @@
 Taylor series of the equations are summed at all epochs that a step reaches. Their coefficients are numbers of 62 digits
 without enclosures (the radii of the balls are dropped after every step): this path compares, it proves nothing. What it
 shares with the tables are the equations, their constants and the initial values, no solution. The tables of
-`error_equations` have no closed form: their second path, Taylor series in mpmath, is this integration.
+`error_equations` have no closed form: their second path, Taylor series in mpmath, is this integration. Those of
+`mast_antenna` hold values of a stated accuracy: errors are told in units of it.
 """
 
 from __future__ import annotations
@@ -15,22 +16,30 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import floor, frexp, hypot, inf, ldexp
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from flint import arb, arb_poly, fmpq
 
-from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, ErrorEquationCase, GyroCase
+from sinsdata.cases import CASE_CLASSES, Case, DualPrecessionCase, EquatorCase, ErrorEquationCase, GyroCase, MastCase
 from sinsdata.format.manifest import DatasetError, read_manifest, table_files
 from sinsdata.generation.tables import GROUPS, groups_of
 from sinsdata.generation.workers import follow_parent
 from sinsdata.truth.formulas import TRANSITION_ELEMENTS
 from sinsdata.verification.gyroscopic_problem import VECTORS, GyroscopicProblem
-from sinsdata.verification.recompute import PAIR_TOLERANCE, Worst, largest_errors, pair_columns
+from sinsdata.verification.mast_problem import PER_EPOCH, PER_STEP, MastProblem
+from sinsdata.verification.recompute import (
+    PAIR_TOLERANCE,
+    Worst,
+    computed_columns,
+    largest_errors,
+    pair_columns,
+    row_errors,
+)
 from sinsdata.verification.stored_cases import load_cases
 from sinsdata.verification.stored_rows import TableLayout
+from sinsdata.verification.stored_values import pair_rows, slices, value_rows
 from sinsdata.verification.verify import Check
 from sinsref.arithmetic import Arithmetic, BallArithmetic, Number
 from sinsref.equator import EquatorModel
@@ -44,6 +53,8 @@ from sinsref.recorded import AutonomousField, RecordedField
 _BITS = 208
 #: Order of the series. The last terms of a step are at most exp(-105) = 2.5e-46 of the largest.
 _ORDER, _LOG_TAIL, _LAST = 48, -105.0, 4
+#: The same where values of binary64 are compared: 1e-26.
+_VALUE_TAIL = -60.0
 #: Rows that stand near a zero of what they hold are compared on the scale of what was before, this much smaller.
 _NEAR_ZERO = 1e-8
 
@@ -51,6 +62,18 @@ _NEAR_ZERO = 1e-8
 Values: TypeAlias = Mapping[str, Sequence[Number]]
 #: Table -> its files, and the number in them of the first row of a case.
 Stored: TypeAlias = Mapping[str, tuple[Sequence[Path], int]]
+
+
+class Equations(Protocol):
+    """What `states` integrates: see `Problem`."""
+
+    @property
+    def field(self) -> AutonomousField:
+        """The derivative of a state."""
+
+    @property
+    def initial(self) -> Sequence[Number]:
+        """The state at the start."""
 
 
 @dataclass(frozen=True)
@@ -150,17 +173,21 @@ _PROBLEMS: Mapping[type, Callable[[BallArithmetic, Any], Problem]] = {
 }
 
 
-def states(ar: BallArithmetic, problem: Problem, interval: Number, count: int) -> Iterator[list[Number]]:
+def states(
+    ar: BallArithmetic, problem: Equations, interval: Number, count: int, tail: float = _LOG_TAIL
+) -> Iterator[list[Number]]:
     """Yield the state at the epochs 0 ... `count`.
 
     Parameters
     ----------
     ar : BallArithmetic
         Entered.
-    problem : Problem
+    problem : Equations
     interval : Number
         Distance of the epochs, s.
     count : int
+    tail : float, optional
+        Logarithm of what the last terms of a step may be beside the largest.
     """
     recorded = RecordedField(ar, problem.field, len(problem.initial))
     state = [x.mid() for x in problem.initial]
@@ -169,7 +196,7 @@ def states(ar: BallArithmetic, problem: Problem, interval: Number, count: int) -
     while position < count:
         series = recorded.coefficients(state, _ORDER)
         polynomials = [arb_poly(coefficients) for coefficients in series]
-        reach = position + _step(series, float(interval))
+        reach = position + _step(series, float(interval), tail)
         epochs = range(floor(position) + 1, min(count, floor(reach)) + 1)
         for epoch in epochs:
             state = _at(polynomials, interval, epoch - position)
@@ -184,7 +211,7 @@ def _at(polynomials: Sequence[Any], interval: Number, part: Fraction) -> list[Nu
     return [polynomial(time).mid() for polynomial in polynomials]
 
 
-def _step(series: Sequence[Sequence[Number]], interval: float) -> Fraction:
+def _step(series: Sequence[Sequence[Number]], interval: float, tail: float) -> Fraction:
     """Return the step, in intervals, at which the last terms of each component vanish beside its largest."""
     sizes = np.array([[float(abs(x).log()) if x != 0 else -inf for x in terms] for terms in series])
     sizes = sizes[np.isfinite(sizes[:, 1:]).any(axis=1)]
@@ -193,7 +220,7 @@ def _step(series: Sequence[Sequence[Number]], interval: float) -> Fraction:
     for _ in range(30):
         middle = (shortest + longest) / 2
         terms = sizes + powers * middle
-        if np.all(terms[:, -_LAST:].max(axis=1) <= terms.max(axis=1) + _LOG_TAIL):
+        if np.all(terms[:, -_LAST:].max(axis=1) <= terms.max(axis=1) + tail):
             shortest = middle
         else:
             longest = middle
@@ -204,6 +231,8 @@ def _step(series: Sequence[Sequence[Number]], interval: float) -> Fraction:
 def compare(case: Case, stored: Stored) -> dict[str, Worst]:
     """Integrate one case and return the largest relative difference of each table, in units of 1e-30.
 
+    Of tables of values the largest difference in units of the accuracy that their columns state.
+
     Parameters
     ----------
     case : Case
@@ -212,12 +241,14 @@ def compare(case: Case, stored: Stored) -> dict[str, Worst]:
     """
     if isinstance(case, ErrorEquationCase):
         return _compare_recomputed(case, stored)
+    if isinstance(case, MastCase):
+        return _compare_values(case, stored)
     worst = {table: Worst() for table in stored}
     with BallArithmetic(_BITS) as ar:
         problem = _PROBLEMS[type(case)](ar, case)
         layouts = {table: _layout(_dataset_of(case), table) for table in stored}
         readers = {
-            table: _rows(_dataset_of(case), table, paths, first, layouts[table].rows(case))
+            table: pair_rows(_dataset_of(case), table, paths, first, layouts[table].rows(case))
             for table, (paths, first) in stored.items()
         }
         scales = {table: [0.0] * len(problem.vectors[table]) for table in stored}
@@ -238,9 +269,32 @@ def _compare_recomputed(case: ErrorEquationCase, stored: Stored) -> dict[str, Wo
     batches = {}
     for table, (paths, first) in stored.items():
         columns = [half for name in pair_columns(dataset, table) for half in (name, f"{name}_lo")]
-        whole = pa.concat_tables(_slices(paths, columns, first, rows)).combine_chunks()
+        whole = pa.concat_tables(slices(paths, columns, first, rows)).combine_chunks()
         (batches[table],) = whole.to_batches()
     return largest_errors(dataset, case, range(rows), batches)
+
+
+def _compare_values(case: MastCase, stored: Stored) -> dict[str, Worst]:
+    """As `compare`, for tables whose columns state an accuracy; one that shares another case's has no rows of it."""
+    dataset = _dataset_of(case)
+    worst = {table: Worst() for table in stored}
+    rows = {table: _layout(dataset, table).rows(case) for table in stored}
+    readers = {
+        table: value_rows(dataset, table, paths, first, rows[table])
+        for table, (paths, first) in stored.items()
+        if rows[table]
+    }
+    columns = {table: computed_columns(dataset, table) for table in readers}
+    with BallArithmetic(_BITS) as ar:
+        problem = MastProblem(ar, case)
+        parts = problem.states_per_step(readers)
+        moving = states(ar, problem, ar.number(case.interval) / parts, parts * case.samples, _VALUE_TAIL)
+        for epoch, found in enumerate(problem.rows(moving if readers else (), readers)):
+            for table, exact in found.items():
+                errors = row_errors(next(readers[table]), columns[table], exact)
+                error, name = max(zip(errors, (column.name for column in columns[table]), strict=True))
+                worst[table].take(error / PAIR_TOLERANCE, f"{case.name}, epoch {epoch}, {name}")
+    return worst
 
 
 def _difference(
@@ -267,6 +321,8 @@ def _tables_of(case: Case) -> Collection[str]:
     """Return the tables that the integration of a case fills; none where its equations are not integrated here."""
     if isinstance(case, ErrorEquationCase):
         return [table for group in GROUPS[_dataset_of(case)] if group.exact_rows for table in group.tables]
+    if isinstance(case, MastCase):
+        return (PER_STEP, *PER_EPOCH)
     if type(case) not in _PROBLEMS:
         return ()
     with BallArithmetic(_BITS) as ar:
@@ -275,30 +331,6 @@ def _tables_of(case: Case) -> Collection[str]:
 
 def _layout(dataset: str, table: str) -> TableLayout:
     return TableLayout(table, groups_of(dataset, [table])[-1])
-
-
-def _rows(
-    dataset: str, table: str, paths: Sequence[Path], first: int, count: int
-) -> Iterator[list[tuple[float, float]]]:
-    """Yield the value pairs of rows, reading only the parts of the files in which they are."""
-    names = [name for name in pair_columns(dataset, table) if name != "time"]
-    columns = [half for name in names for half in (name, f"{name}_lo")]
-    for data in _slices(paths, columns, first, count):
-        numbers = np.column_stack([data[name].to_numpy() for name in columns])
-        for row in numbers.reshape(len(numbers), -1, 2).tolist():
-            yield list(map(tuple, row))
-
-
-def _slices(paths: Sequence[Path], columns: Sequence[str], first: int, count: int) -> Iterator[pa.Table]:
-    passed, end = 0, first + count
-    for path in paths:
-        with pq.ParquetFile(path) as file:
-            for part in range(file.num_row_groups):
-                rows = file.metadata.row_group(part).num_rows
-                start, stop = max(first, passed) - passed, min(end, passed + rows) - passed
-                if start < stop:
-                    yield file.read_row_group(part, columns=columns).slice(start, stop - start)
-                passed += rows
 
 
 def integrate(
@@ -311,7 +343,7 @@ def integrate(
     folder : Path
         A dataset that verifies otherwise; of `dual_precession` the tables ``truth``, ``increments``, ``mean_rates``,
         ``accumulated`` and ``resolved`` are compared, of `equator_errors` ``truth`` and ``transition``, of
-        `error_equations` and `gyro_systems` all.
+        `error_equations`, `gyro_systems` and `mast_antenna` all.
     workers : int, default 2
         Processes.
     progress : callable, optional
@@ -346,7 +378,9 @@ def integrate(
     unit = "values" if isinstance(cases[0], ErrorEquationCase) else "rows"
     for table, one in worst.items():
         what = f"{one.count} {unit} integrated from the differential equations"
-        detail = f"relative difference {one.size * PAIR_TOLERANCE:.1e} at {one.where}"
+        relative = f"relative difference {one.size * PAIR_TOLERANCE:.1e}"
+        stated = f"{one.size:.1e} times the accuracy that is stated,"
+        detail = f"{stated if isinstance(cases[0], MastCase) else relative} at {one.where}"
         yield Check(f"{folder}: {table}", what, one.size <= 1, detail)
 
 

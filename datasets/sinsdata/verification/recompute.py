@@ -111,7 +111,7 @@ def errors(
                 wanted = [exact[0], *own] if timed else own
             place += width
             if values:
-                for column, error in zip(columns, _errors(values, columns, wanted), strict=True):
+                for column, error in zip(columns, row_errors(values, columns, wanted), strict=True):
                     yield row, table, column.name, error
 
 
@@ -140,10 +140,19 @@ def largest_errors(
     return worst
 
 
-def _errors(stored: dict[str, Any], columns: Sequence[Column], exact: Sequence[Number | None]) -> Iterator[float]:
+def row_errors(stored: Mapping[str, Any], columns: Sequence[Column], exact: Sequence[Number | None]) -> Iterator[float]:
     """Yield the relative error of each pair of a row; infinite where a number is missing or is none.
 
     That of a value is given in units of its accuracy, times `PAIR_TOLERANCE`.
+
+    Parameters
+    ----------
+    stored : mapping of str to float
+        By name of the column, and with ``_lo`` for the second of a pair.
+    columns : sequence of Column
+        Those of `computed_columns`.
+    exact : sequence of Number
+        A value a column; None where the row has none.
     """
     # mpmath leaves 1e-75 or so of the largest value where the exact one is 0.
     smallest = max((abs(value) for value in exact if value is not None), default=0) * PAIR_TOLERANCE
