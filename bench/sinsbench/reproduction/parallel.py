@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,7 +59,8 @@ def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None], pr
     # Started afresh and not forked: forked copies of threads and locks of numerical libraries may hang.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=context, initializer=follow_parent) as pool:
-        futures = [pool.submit(part.function, *part.arguments) for part in parts]
+        with _interrupts_held():
+            futures = [pool.submit(part.function, *part.arguments) for part in parts]
         try:
             _wait(futures, parts, report)
         except BaseException:
@@ -67,6 +70,19 @@ def run_parts(parts: Sequence[Part], report: Callable[[int, int, str], None], pr
             pool.shutdown(wait=False, cancel_futures=True)
             raise
         return [future.result() for future in futures]
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Let an interrupt wait, also for the processes that are started meanwhile: until they follow their parent."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _wait(futures: list[Future[Any]], parts: Sequence[Part], report: Callable[[int, int, str], None]) -> None:

@@ -7,7 +7,6 @@ in the processes that do the work.
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
 #: Datasets whose truth the papers' numbers are judged by, and the tables of it; None for all.
 _TABLES = {"equator_errors": None, "dual_precession": ("increments", "truth")}
-#: How many groups are scored before the precessions: one for each process.
-_BEFORE = 2
 #: Packages whose versions decide on what comes out.
 _PACKAGES = ("sinsbench", "numpy", "scipy", "numba", "pyarrow", "python-flint", "mpmath")
 
@@ -85,23 +82,20 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     -------
     Reproduction
     """
-    from sinsdata.tiers import paper_cases
-
-    generations = [
-        Part(f"generating {dataset}", _generate, (dataset, paper_cases(dataset), out / "data")) for dataset in _TABLES
-    ]
-    data = run_parts(generations, lambda done, total, what: progress(round(10 * done / total), 100, what))
+    # Here and not in a worker, which an interrupt would end in the middle of a file.
+    data = []
+    for number, dataset in enumerate(_TABLES):
+        progress(5 * number, 100, f"generating {dataset}")
+        data.append(_generate(dataset, out / "data"))
     datasets = [row for row, _, _ in data]
     failures = [failure for _, failed, _ in data for failure in failed]
     cases = [case for _, _, stored in data for case in stored]
-    # The longest first: the later a paper, the more there is to recompute.
-    papers = PAPERS[::-1]
-    parts = [
-        *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in papers),
-        *(Part(f"scoring on {group[0].name}", _score, (_subjects(group), group)) for group in _groups(cases)),
-    ]
-    results = run_parts(parts, lambda done, total, what: progress(10 + round(88 * done / total), 100, what))
-    judged, scored = results[: len(papers)][::-1], results[len(papers) :]
+    # The longest first: the later a paper, the more there is to recompute. Scores are for other processes: compilers do
+    # not give back their memory.
+    papers = [Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS[::-1]]
+    judged = run_parts(papers, _stretch(progress, 10, 50))[::-1]
+    parts = [Part(f"scoring on {group[0].name}", _score, (_subjects(group), group)) for group in _groups(cases)]
+    scored = run_parts(parts, _stretch(progress, 50, 98))
     places = {case.name: place for place, case in enumerate(cases)}
     scores = sorted((row for rows in scored for row in rows), key=lambda row: places[row["case"]])
     claims = [row for rows, _ in judged for row in rows]
@@ -123,13 +117,14 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     return result
 
 
-def _generate(dataset: str, cases: Sequence[Case], folder: Path) -> tuple[dict[str, Any], list[str], tuple[Case, ...]]:
+def _generate(dataset: str, folder: Path) -> tuple[dict[str, Any], list[str], tuple[Case, ...]]:
     """Write a dataset and check it; its row, the checks that fail, and its cases as the files hold them."""
     from sinsdata.generation.generate import generate
+    from sinsdata.tiers import paper_cases
     from sinsdata.verification.stored_cases import load_cases
     from sinsdata.verification.verify import verify
 
-    made = generate(dataset, "paper", cases, folder, tables=_TABLES[dataset])
+    made = generate(dataset, "paper", paper_cases(dataset), folder, tables=_TABLES[dataset])
     checks = list(verify(made.folder))
     failures = [f"{check.where}: {check.what}: {check.detail}" for check in checks if not check.holds]
     return _dataset_row(made, checks), failures, load_cases(made.folder)[1]
@@ -149,15 +144,19 @@ def _dataset_row(made: Generated, checks: list[Check]) -> dict[str, Any]:
     }
 
 
+def _stretch(progress: Progress, start: int, end: int) -> Progress:
+    """Return a report of progress from one per cent to another."""
+    return lambda done, total, what: progress(start + round((end - start) * done / total), 100, what)
+
+
 def _groups(cases: list[Case]) -> list[tuple[Case, ...]]:
     """Return groups of cases to score together, long ones first.
 
-    Precessions need 200 MB more than the rest: one process scores them all, and late enough not to stand beside the
-    longest of the papers, which needs as much.
+    Precessions need 200 MB more than the rest: one process scores them all.
     """
     precessions = tuple(case for case in cases if isinstance(case, DualPrecessionCase))
     others = sorted(((case,) for case in cases if case not in precessions), key=lambda group: -group[0].samples)
-    return [*others[:_BEFORE], *filter(None, [precessions]), *others[_BEFORE:]]
+    return [*filter(None, [precessions]), *others]
 
 
 def _subjects(group: tuple[Case, ...]) -> list[str]:
