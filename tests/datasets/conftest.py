@@ -11,7 +11,9 @@ import pytest
 
 import rehearsals
 from sinsdata.cases import CASE_CLASSES, Case
+from sinsdata.generation import digits
 from sinsdata.generation.generate import Generated, generate
+from sinsdata.generation.specification import Specification
 from sinsdata.tiers import paper_cases
 
 #: Admissible cases, as the keys of a case file.
@@ -73,6 +75,21 @@ def make_dataset() -> MakeDataset:
 def paper_dataset(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Generated:
     dataset: str = request.param
     return generate(dataset, "paper", paper_cases(dataset), tmp_path_factory.mktemp("paper"))
+
+
+@pytest.fixture(scope="module")
+def digits_once() -> Iterator[None]:
+    """Compute the digits of the same cases once: they take most of the time of a verification."""
+    compute, known = digits.digits_text, dict[str, str]()
+
+    def once(specification: Specification) -> str:
+        if specification.key not in known:
+            known[specification.key] = compute(specification)
+        return known[specification.key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(digits, "digits_text", once)
+        yield
 
 
 @pytest.fixture

@@ -25,6 +25,7 @@ from sinsdata.verification.recompute import Wanted
 from sinsdata.verification.stored_cases import find_datasets, load_cases
 from sinsdata.verification.verify import Check, verify
 
+pytestmark = pytest.mark.usefixtures("digits_once")
 _DATASETS = ("equator_errors", "dual_precession")
 
 

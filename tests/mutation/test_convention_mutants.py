@@ -91,9 +91,12 @@ def expected(name):
     return list(ends), rows
 
 
+#: The pair is within 1e-30; of an exact zero mpmath leaves 1e-58 or so. Rows by mpmath itself are within 1e-40.
+RELATIVE, ZERO, EXACT = MP.mpf("1e-30"), MP.mpf("1e-55"), MP.mpf("1e-40")
+
+
 def same(value, high, low):
-    # The pair is within 1e-30; of an exact zero mpmath leaves 1e-58 or so.
-    return abs(value - MP.mpf(high) - MP.mpf(low)) <= MP.mpf("1e-30") * abs(value) + MP.mpf("1e-55")
+    return abs(value - MP.mpf(high) - MP.mpf(low)) <= RELATIVE * abs(value) + ZERO
 
 
 def spun(case, rows):
@@ -128,7 +131,7 @@ def rows_hold(table):
             if not all(same(value, *pair) for value, pair in zip([time, *values], found, strict=True)):
                 return False
             again = table.exact_row(MpArithmetic(60), CASE, place) if place < 10 else [time, *values]
-            if not all(abs(x - y) <= MP.mpf("1e-40") for x, y in zip(again, [time, *values], strict=True)):
+            if not all(abs(x - y) <= EXACT for x, y in zip(again, [time, *values], strict=True)):
                 return False
     part = collected(table, 100, 5)
     return np.array_equal(part.high, block.high[100:105]) and np.array_equal(part.index, block.index[100:105])

@@ -22,7 +22,7 @@ TRANSPOSES = {
     "resolved": "back", "back": "resolved", "to_local": "from_local", "from_local": "to_local",
     "resolved_columns": "back_columns", "back_columns": "resolved_columns",
 }  # fmt: skip
-HELPERS = {*DECORATORS, "_compiled", "plain_matrix"}
+HELPERS = {*DECORATORS, "_compiled", "index", "plain_matrix"}
 
 
 class MastPlanter(Planter):

@@ -160,9 +160,10 @@ def test_rates_of_the_continuous_filter(problem, missing):
     covariance, slopes = factor @ factor.T, CONTINUOUS.new_slopes(4)
     state, v, h = problem.state, problem.variances, problem.data.step
     arguments = (0.0, problem.data, 0, 0, v)
-    CONTINUOUS.rates(state, covariance, *arguments, missing, CORRECTED, problem.constants, slopes)
     parts = CONTINUOUS.new_slopes(4)
-    CONTINUOUS.linearise(state, *arguments, CORRECTED, problem.constants, parts)
+    for out in (slopes, parts):
+        CONTINUOUS.linearise(state, *arguments, CORRECTED, problem.constants, out)
+    CONTINUOUS.rates(covariance, h, v, missing, slopes)
     inverse = np.zeros((11, 11))
     inverse[:3, :3] = parts.inverse
     inverse[3:, 3:] = np.diag(1 / np.tile([v.range_rate * h, v.range * h], 4))
@@ -190,9 +191,9 @@ def test_rates_of_the_continuous_filter(problem, missing):
 def test_innovation_square(problem):
     factor = 1e-3 * RANDOM.normal(size=(20, 20))
     covariance, slopes, v = factor @ factor.T, CONTINUOUS.new_slopes(4), problem.variances
-    arguments = (0.0, problem.data, 0, 0, v, 0.0, CORRECTED, problem.constants, slopes)
-    CONTINUOUS.rates(problem.state, covariance, *arguments)
-    total = CONTINUOUS.innovation_square(slopes, v, np.zeros((11, 11)), np.zeros(11))
+    CONTINUOUS.linearise(problem.state, 0.0, problem.data, 0, 0, v, CORRECTED, problem.constants, slopes)
+    CONTINUOUS.rates(covariance, problem.data.step, v, 0.0, slopes)
+    total = CONTINUOUS.innovation_square(slopes, v)
     noise = np.diag([v.antenna + v.rate2] * 3 + [v.range_rate, v.range] * 4)
     square = slopes.row @ covariance @ slopes.row.T + noise
     assert total == pytest.approx(slopes.innovation @ np.linalg.solve(square, slopes.innovation), rel=1e-9)

@@ -10,8 +10,16 @@ from sinsbench.subjects.fitted_methods import FITTED_METHODS
 from sinsbench.subjects.gyroscopic.catalogue import SUBJECTS as GYROSCOPIC_SUBJECTS
 from sinsbench.subjects.integrators import StreamingIntegrator
 from sinsbench.subjects.loading import resolve
+from sinsbench.subjects.mast.catalogue import FAULTS
 from sinsbench.subjects.published_methods import PUBLISHED_METHODS
-from sinsbench.subjects.registry import BUILT_IN, DUAL_PRECESSION, EQUATOR_ERRORS, GYRO_SYSTEMS, subjects_of
+from sinsbench.subjects.registry import (
+    BUILT_IN,
+    DUAL_PRECESSION,
+    EQUATOR_ERRORS,
+    GYRO_SYSTEMS,
+    MAST_ANTENNA,
+    subjects_of,
+)
 from sinsbench.subjects.rotation_vector_methods import METHODS
 
 NAMES = {
@@ -30,6 +38,11 @@ NAMES = {
         *("gp_paper", "gp_equilibrium", "gpx", "bg_paper", "bg_equilibrium", "bgx", "bgv", "gf", "gf_linear"),
         *("ghc", "ghc_radius", "ghc_altitude", "full", "trad", "newton"),
         *(name for name in GYROSCOPIC_SUBJECTS if name.endswith(("_increments", "_lie", "_dop853"))),
+    },
+    MAST_ANTENNA: {
+        *("cekf", "cekf_complete", "cekf_printed", "cekf_printed_313", "cekf_printed_root", "cekf_repaired"),
+        *("mekf_eta", "mekf_nu", "mekf_eta_az", "mekf_nu_az", "relinearised_az"),
+        *(f"mekf_nu_az_{fault}" for fault in FAULTS),
     },
 }
 

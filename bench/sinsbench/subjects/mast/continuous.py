@@ -59,6 +59,12 @@ class Slopes(NamedTuple):
     theta: Array
     coupled: Array
     inverse: Array
+    triangle: Array
+    solved: Array
+    trial: Array
+    change: Array
+    trial_covariance: Array
+    change_covariance: Array
 
 
 def new_slopes(satellites: int) -> Slopes:
@@ -76,6 +82,12 @@ def new_slopes(satellites: int) -> Slopes:
         np.zeros((STATES, 3)),
         np.zeros((STATES, 3)),
         np.zeros((3, 3)),
+        np.zeros((m, m)),
+        np.zeros(m),
+        np.zeros(STATES),
+        np.zeros(STATES),
+        np.zeros((STATES, STATES)),
+        np.zeros((STATES, STATES)),
     )
 
 
@@ -136,34 +148,25 @@ def add_turning(matrix: Array, x: float, y: float, z: float) -> None:
 
 
 @inner
-def rates(
-    state: Array,
-    covariance: Array,
-    t: float,
-    data: Data,
-    k: int,
-    point: int,
-    variances: Variances,
-    missing: float,
-    terms: Terms,
-    constants: Constants,
-    out: Slopes,
-) -> None:
+def rates(covariance: Array, h: float, variances: Variances, missing: float, out: Slopes) -> None:
     """Write Y' and P' of (3.18).
 
     Parameters
     ----------
+    covariance : ndarray, shape (20, 20)
+    h : float
+        Step, s.
+    variances : Variances
     missing : float
         1 with the derivative of Theta S^-1 that the paper leaves out, 0 without. It is 1/2 Phi turned by the
         innovation, times the share of w_J in S; that of the other terms of Theta is 1e-10 of it.
     out : Slopes
-        Receives the rates in ``state`` and ``covariance``.
+        Holds what `linearise` writes; receives the rates in ``state`` and ``covariance``.
     """
-    linearise(state, t, data, k, point, variances, terms, constants, out)
     measurements = out.row.shape[0]
     # P H^T by rows, and S^-1 (Z - H) into the rates of the state.
     multiplied(out.row, covariance, out.weighted)
-    h, z = data.step, out.innovation
+    z = out.innovation
     for i in range(STATES):
         for a in range(3):
             weighted = 0.0
@@ -205,8 +208,9 @@ def rates(
 
 
 @inner
-def innovation_square(slopes: Slopes, variances: Variances, triangle: Array, solved: Array) -> float:
+def innovation_square(slopes: Slopes, variances: Variances) -> float:
     """Normalised innovation squared of a sample: z^T (H P H^T + S/h)^-1 z, by Cholesky's decomposition."""
+    triangle, solved = slopes.triangle, slopes.solved
     measurements, total = slopes.row.shape[0], 0.0
     for i in range(measurements):
         for j in range(i + 1):
@@ -262,10 +266,8 @@ def riccati_steps(
     int
         -1, or the step that broke down.
     """
-    measurements = slopes.row.shape[0]
-    triangle, solved = np.zeros((measurements, measurements)), np.zeros(measurements)
-    trial, change = np.zeros(STATES), np.zeros(STATES)
-    trial_covariance, change_covariance = np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
+    trial, change = slopes.trial, slopes.change
+    trial_covariance, change_covariance = slopes.trial_covariance, slopes.change_covariance
     for k in range(first, last):
         for i in range(STATES):
             trial[i], change[i] = state[i], 0.0
@@ -278,10 +280,11 @@ def riccati_steps(
                 weight = data.step / 6.0
             if stage == 2:
                 distance = data.step
-            rates(trial, trial_covariance, t, data, k, point, variances, missing, terms, constants, slopes)
+            linearise(trial, t, data, k, point, variances, terms, constants, slopes)
+            rates(trial_covariance, data.step, variances, missing, slopes)
             if stage == 0:
-                sums[0] += innovation_square(slopes, variances, triangle, solved)
-                sums[1] += measurements
+                sums[0] += innovation_square(slopes, variances)
+                sums[1] += slopes.row.shape[0]
             for i in range(STATES):
                 change[i] += weight * slopes.state[i]
                 trial[i] = state[i] + distance * slopes.state[i]

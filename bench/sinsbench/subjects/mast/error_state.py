@@ -23,14 +23,14 @@ from sinsbench.subjects.kernels import (
     scale,
     vector_part,
 )
-from sinsbench.subjects.mast.model import ETA, LAMBDA, LONGITUDE, MU, RATE, axis, entry, inner, resolved
+from sinsbench.subjects.mast.model import ETA, LAMBDA, LONGITUDE, MU, RATE, axis, entry, index, inner, resolved
 
 __all__ = ["ERRORS", "corrected", "difference", "put_quaternion", "reduced", "spread"]
 
 Array = NDArray[np.float64]
 
 ERRORS = 17
-THETA_MU, NUMBERS, THETA_NU, THETA_LAMBDA, RATES = 0, 3, 9, 12, 15
+THETA_MU, NUMBERS, THETA_NU, THETA_LAMBDA, RATES = map(index, (0, 3, 9, 12, 15))
 
 
 @inner
@@ -65,7 +65,7 @@ def put_quaternion(state: Array, first: int, q: Quaternion) -> None:
 
 @inner
 def corrected(state: Array, error: Array, composite: float, out: Array) -> None:
-    """Write the state [+] an error of shape (17,)."""
+    """Write the state [+] an error of shape (17,), over the state itself if need be."""
     tilt = vector(error, THETA_LAMBDA)
     put_quaternion(out, MU, quaternion_product(quaternion(state, MU), exponential(vector(error, THETA_MU))))
     for i in range(LONGITUDE, ETA):

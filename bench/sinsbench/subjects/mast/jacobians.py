@@ -27,6 +27,7 @@ from sinsbench.subjects.mast.model import (
     carried_rate,
     from_local,
     gravity,
+    index,
     inner,
     leverage,
     resolved,
@@ -42,6 +43,8 @@ from sinsbench.subjects.mast.terms import Terms
 __all__ = ["antenna_rate_derivative", "constraint_derivative", "satellite_derivative", "state_derivative"]
 
 Array = NDArray[np.float64]
+TOP = index(0)
+"""First row."""
 Columns = tuple[Vector, Vector, Vector, Vector]
 """Derivative of a vector with respect to the four components of a quaternion."""
 
@@ -116,11 +119,11 @@ def antenna_rate_derivative(state: Array, sensors: Sensors, terms: Terms, consta
     for k in range(4):
         v = by_vehicle[k]
         carried = add((terms.relative * v[0], terms.relative * v[1], v[2]), scale(terms.earth_rate_again, by_earth[k]))
-        put_column(out, 0, ETA + k, by_eta[k])
-        put_column(out, 0, LAMBDA + k, resolved(eta, carried))
-        put_column(out, 0, MU + k, scale(terms.earth_rate_again, resolved(eta, resolved(lam, by_mu[k]))))
-    put_column(out, 0, RATE, resolved(eta, (1.0, 0.0, 0.0)))
-    put_column(out, 0, RATE + 1, resolved(eta, (0.0, 1.0, 0.0)))
+        put_column(out, TOP, ETA + k, by_eta[k])
+        put_column(out, TOP, LAMBDA + k, resolved(eta, carried))
+        put_column(out, TOP, MU + k, scale(terms.earth_rate_again, resolved(eta, resolved(lam, by_mu[k]))))
+    put_column(out, TOP, RATE, resolved(eta, (1.0, 0.0, 0.0)))
+    put_column(out, TOP, RATE + 1, resolved(eta, (0.0, 1.0, 0.0)))
 
 
 @inner

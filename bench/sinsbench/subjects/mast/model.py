@@ -54,7 +54,17 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-MU, LONGITUDE, LATITUDE, VELOCITY, HEIGHT, ETA, LAMBDA, RATE, STATES = 0, 4, 5, 6, 9, 10, 14, 18, 20
+
+def index(place: int) -> int:
+    """Return an index as a NumPy integer.
+
+    A Python integer that is constant has a type of its own in compiled code, and what it is passed to is compiled again
+    for each of them.
+    """
+    return cast("int", np.int64(place))
+
+
+MU, LONGITUDE, LATITUDE, VELOCITY, HEIGHT, ETA, LAMBDA, RATE, STATES = map(index, (0, 4, 5, 6, 9, 10, 14, 18, 20))
 """Where the parts of the state begin, and how long it is."""
 
 
@@ -96,7 +106,7 @@ class Sensors(NamedTuple):
 
 def entry(function: Function) -> Function:
     """Compile on the first call, as `compiled` does, but without copying the code into its callers."""
-    return _compiled(function, {})
+    return _compiled(function, {"no_cfunc_wrapper": True})
 
 
 def inner(function: Function) -> Function:

@@ -26,6 +26,7 @@ from sinsbench.subjects.mast.model import (
     Constants,
     Sensors,
     antenna_rate,
+    index,
     inner,
     mast_constraint,
     satellite_range,
@@ -37,6 +38,10 @@ from sinsbench.subjects.mast.terms import Terms
 __all__ = ["Data", "Options", "Variances", "Workspace", "measure", "new_workspace", "propagate", "update"]
 
 Array = NDArray[np.float64]
+
+
+BEGINNING = index(0)
+"""Point of a step: its start."""
 
 
 class Data(NamedTuple):
@@ -104,6 +109,8 @@ class Workspace(NamedTuple):
     noise: Array
     product: Array
     column: Array
+    before: Array
+    defect: Array
 
 
 def new_workspace() -> Workspace:
@@ -124,6 +131,8 @@ def new_workspace() -> Workspace:
         np.zeros((STATES, NOISES)),
         np.zeros((ERRORS, NOISES)),
         np.zeros((ERRORS, ERRORS)),
+        np.zeros(ERRORS),
+        np.zeros(STATES),
         np.zeros(ERRORS),
     )
 
@@ -168,9 +177,9 @@ def measure(
         Their number: two for each satellite, three rates of gyroscope 2 and, if asked for, the mast's constraint.
     """
     spread(state, options.composite, work.spread)
-    m = 0
-    for i in range(data.range.shape[2]):
-        p, v = data.position[2 * k, i], data.velocity[2 * k, i]
+    satellites: int = data.range.shape[2]
+    for i in range(satellites):
+        p, v, m = data.position[2 * k, i], data.velocity[2 * k, i], 2 * i
         position, velocity = (p[0], p[1], p[2]), (v[0], v[1], v[2])
         satellite_derivative(state, position, velocity, terms, constants, work.sky)
         put_error_row(work.sky[0], work.spread, rows, m)
@@ -178,15 +187,15 @@ def measure(
         residual[m] = data.range_rate[k, 0, i] - satellite_range_rate(state, position, velocity, constants)
         residual[m + 1] = data.range[k, 0, i] - satellite_range(state, position, terms, constants)
         variance[m], variance[m + 1] = variances.range_rate, variances.range
-        m += 2
-    sensors = sensors_at(data, k, 0)
+    sensors = sensors_at(data, k, BEGINNING)
     antenna_rate_derivative(state, sensors, terms, constants, work.antenna)
     shown = antenna_rate(state, sensors, terms, constants)
     for i in range(3):
+        m = 2 * satellites + i
         put_error_row(work.antenna[i], work.spread, rows, m)
         residual[m] = sensors.rate2[i] - shown[i]
         variance[m] = variances.antenna + variances.rate2
-        m += 1
+    m = 2 * satellites + 3
     if options.constraint != 0.0:
         constraint_derivative(state, sensors, terms, constants, work.row)
         put_error_row(work.row, work.spread, rows, m)
