@@ -40,13 +40,13 @@ def bench_generate(benchmark: Any, dataset: str, tmp_path: Path) -> None:
         # A dataset that is there would be kept.
         return (dataset, "paper", cases, tmp_path / str(next(rounds))), {}
 
-    generated = benchmark.pedantic(generate, setup=fresh_folder, rounds=3, iterations=1)
+    generated = benchmark.pedantic(generate, setup=fresh_folder, rounds=5, iterations=1)
     _record(benchmark, _rows(generated))
 
 
 def bench_verify(benchmark: Any, made: Generated) -> None:
     """Rows hashed twice, and three rows of each case and table computed again by mpmath."""
-    checks = benchmark.pedantic(lambda: list(verify(made.folder)), rounds=3, iterations=1)
+    checks = benchmark.pedantic(lambda: list(verify(made.folder)), rounds=5, iterations=1)
     assert all(check.holds for check in checks)
     _record(benchmark, _rows(made))
 
