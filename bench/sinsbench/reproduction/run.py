@@ -82,12 +82,17 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     -------
     Reproduction
     """
-    # Not in this process either: what truth is computed with would stay in its memory to the end.
-    generations = [Part(f"generating {dataset}", _generate, (dataset, out / "data")) for dataset in _TABLES]
-    data = run_parts(generations, lambda done, total, what: progress(round(10 * done / total), 100, what))
-    datasets = [row for row, _, _ in data]
-    failures = [failure for _, failed, _ in data for failure in failed]
-    cases = [case for _, _, stored in data for case in stored]
+    failures: list[str] = []
+    datasets: list[dict[str, Any]] = []
+    cases: list[Case] = []
+    for number, (dataset, tables) in enumerate(_TABLES.items()):
+        progress(5 * number, 100, f"generating {dataset}")
+        made = generate(dataset, "paper", paper_cases(dataset), out / "data", tables=tables)
+        checks = list(verify(made.folder))
+        failures += [f"{check.where}: {check.what}: {check.detail}" for check in checks if not check.holds]
+        datasets.append(_dataset_row(made, checks))
+        # What is scored are the cases of the files just written.
+        cases += load_cases(made.folder)[1]
     # The longest first.
     parts = [
         *(Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS),
@@ -110,14 +115,6 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     write_report(read_results(write_results(result)), out)
     progress(100, 100, "done")
     return result
-
-
-def _generate(dataset: str, folder: Path) -> tuple[dict[str, Any], list[str], tuple[Case, ...]]:
-    """Write a dataset and check it; its row, the checks that fail, and its cases as the files hold them."""
-    made = generate(dataset, "paper", paper_cases(dataset), folder, tables=_TABLES[dataset])
-    checks = list(verify(made.folder))
-    failures = [f"{check.where}: {check.what}: {check.detail}" for check in checks if not check.holds]
-    return _dataset_row(made, checks), failures, load_cases(made.folder)[1]
 
 
 def _dataset_row(made: Generated, checks: list[Check]) -> dict[str, Any]:
