@@ -187,7 +187,9 @@ def tabulated(
         if excess > 1:
             size = rounded_step(size * Fraction(max(0.9 * excess ** (-1 / (order + 1)), 1 / 16)))
             if size < SHORTEST:
-                raise EnclosureError(f"no expansion beyond {float(multiple(interval, position)):g}")
+                raise EnclosureError(
+                    f"no expansion beyond t = {float(multiple(interval, position)):g} s: singular there?"
+                )
             continue
         values = [[*terms, rest[-1]] for terms, rest in zip(narrow, wide, strict=True)]
         # From the start of the piece on, and so that the first of them goes on from the piece before.

@@ -38,7 +38,7 @@ def run(arguments: list[str]) -> int:
     except OSError as error:
         # Typer turns a closed pipe into an exit of its own; what remains has a file and a reason.
         return _refuse(f"sinsbench: {error.filename or 'file'}: {error.strerror or error}")
-    except (ValueError, RuntimeError) as error:
+    except (ValueError, RuntimeError, ArithmeticError) as error:
         # An error that input or machine can cause is one of ours; anything else is a defect and keeps its traceback.
         if type(error).__module__.partition(".")[0] not in ("sinsref", "sinsdata", "sinsbench"):
             raise

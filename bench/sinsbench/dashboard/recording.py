@@ -55,8 +55,8 @@ def timed_beside(request: pytest.FixtureRequest, calibration: Callable[[], float
     """Time the calibration workload before and after a benchmark, and store both times: the lesser first."""
     before = calibration()
     yield
-    # The fixture itself is not asked for: that would make a benchmark of every test.
-    if benchmark := getattr(request.node, "funcargs", {}).get("benchmark"):
+    # The fixture itself is not asked for: that would make a benchmark of every test. After an interrupt None is there.
+    if benchmark := (getattr(request.node, "funcargs", None) or {}).get("benchmark"):
         least, most = sorted((before, calibration()))
         benchmark.extra_info |= {"calibration_ns": least, "calibration_most_ns": most}
 

@@ -58,6 +58,17 @@ def _exact_fit(samples: int, chebyshev: bool) -> Fit:
     return chebyshev_fit(samples) if chebyshev else power_fit(samples)
 
 
+@cache
+def _reciprocals(most: int, multiple: int = 1) -> tuple[float, ...]:
+    """Return 1 / (multiple k) at place k, up to the one asked for; nothing is divided by k = 0."""
+    return (0.0, *(float(Fraction(1, multiple * k)) for k in range(1, most + 1)))
+
+
+@cache
+def _integrals(samples: int) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(map(float, row)) for row in chebyshev_integrals(samples))
+
+
 def _fit_tables(samples: int, chebyshev: bool = False) -> "FitTables":
     from sinsbench.subjects.fitted_kernels import FitTables
 
@@ -69,7 +80,7 @@ def _fit_tables(samples: int, chebyshev: bool = False) -> "FitTables":
 def _series_tables(samples: int) -> Any:
     from sinsbench.subjects.fitted_series_kernels import SeriesTables
 
-    reciprocals = _vector([Fraction(0), *(Fraction(1, k) for k in range(1, MOST_TERMS + 1))])
+    reciprocals = np.array(_reciprocals(MOST_TERMS))
     shapes = ((samples + 1, 3), (samples + 1, 3), (samples, 2), (MOST_TERMS + 1, 2), (MOST_TERMS + 1, 8))
     return SeriesTables(_fit_tables(samples), reciprocals, *_room(*shapes))
 
@@ -78,8 +89,7 @@ def _iteration_tables(samples: int) -> Any:
     from sinsbench.subjects.fitted_iteration_kernels import IterationTables
 
     degree = iterate_degree(samples)
-    inverses = _vector([Fraction(0), *(Fraction(1, 4 * k) for k in range(1, degree + 1))])
-    integrals = _matrix(chebyshev_integrals(samples))
+    inverses, integrals = np.array(_reciprocals(degree, 4)), np.array(_integrals(samples))
     vectors, longest = (samples + 1, 3), degree + 2 * samples - 1
     shapes = (vectors, vectors, (samples,), (longest, 4), (degree + 2, 4), (degree + 1, 4))
     return IterationTables(_fit_tables(samples, chebyshev=True), inverses, integrals, *_room(*shapes))
