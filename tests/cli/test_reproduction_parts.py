@@ -13,14 +13,12 @@ def test_each_case_is_scored_once_and_the_precessions_in_one_part() -> None:
     cases = [case for dataset in ("dual_precession", "equator_errors") for case in paper_cases(dataset)]
     groups = _groups(cases)
     assert Counter(case.name for group in groups for case in group) == Counter(case.name for case in cases)
-    (number,) = [k for k, group in enumerate(groups) if isinstance(group[0], DualPrecessionCase)]
-    assert number == 0
-    assert all(isinstance(case, DualPrecessionCase) for case in groups[number])
-    assert all(len(group) == 1 and group[0].samples >= 360 for k, group in enumerate(groups) if k != number)
-    assert all(_subjects(group) for group in groups)
-    # Without them, as without any others, nothing is left to stand in their place.
+    assert [isinstance(group[0], DualPrecessionCase) for group in groups] == [True, False, False, False]
+    assert [len(group) for group in groups] == [6, 3, 3, 2]
+    assert all(len({type(case) for case in group}) == 1 and _subjects(group) for group in groups)
+    # Without the precessions no empty group stands in their place.
     others = [case for case in cases if not isinstance(case, DualPrecessionCase)]
-    assert all(len(group) == 1 for group in _groups(others))
+    assert [len(group) for group in _groups(others)] == [3, 3, 2]
 
 
 def test_the_process_that_waits_does_not_load_the_compiler() -> None:

@@ -182,7 +182,7 @@ def spoilt(array, index, value):
         ("satellite_position", lambda a: spoilt(a, (3, 0, 0), np.inf), r"first at t = 0\.015 s"),
         ("time", lambda a: spoilt(a, 7, a[8]), "time: a step of 0.02 s at t = 0.06 s"),
         ("time", lambda a: a[:1], "time does not increase"),
-        ("noise", lambda a: dataclasses.replace(a, range=0.0), "range = 0.0: a positive number"),
+        ("noise", lambda a: dataclasses.replace(a, range=0.0), r"noise\.range = 0\.0: a positive number"),
         ("constants", lambda a: a._replace(mast_length=0.0), "mast_length = 0.0: a positive number"),
     ],
 )

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 #: Datasets whose truth the papers' numbers are judged by, and the tables of it; None for all.
 _TABLES = {"equator_errors": None, "dual_precession": ("increments", "truth")}
+#: Cases on the equator in a group: as many groups as give two processes the same to do.
+_TOGETHER = 3
 #: Packages whose versions decide on what comes out.
 _PACKAGES = ("sinsbench", "numpy", "scipy", "numba", "pyarrow", "python-flint", "mpmath")
 
@@ -82,18 +84,18 @@ def reproduce(out: Path, progress: Progress) -> Reproduction:
     -------
     Reproduction
     """
+    # The longest first: the later a paper, the more there is to recompute. What comes after is for other processes:
+    # compilers do not give back their memory.
+    papers = [Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS[::-1]]
+    judged = run_parts(papers, _stretch(progress, 0, 40))[::-1]
     # Here and not in a worker, which an interrupt would end in the middle of a file.
     data = []
     for number, dataset in enumerate(_TABLES):
-        progress(5 * number, 100, f"generating {dataset}")
+        progress(40 + 5 * number, 100, f"generating {dataset}")
         data.append(_generate(dataset, out / "data"))
     datasets = [row for row, _, _ in data]
     failures = [failure for _, failed, _ in data for failure in failed]
     cases = [case for _, _, stored in data for case in stored]
-    # The longest first: the later a paper, the more there is to recompute. Scores are for other processes: compilers do
-    # not give back their memory.
-    papers = [Part(f"recomputing {paper}", _judge, (paper,)) for paper in PAPERS[::-1]]
-    judged = run_parts(papers, _stretch(progress, 10, 50))[::-1]
     parts = [Part(f"scoring on {group[0].name}", _score, (_subjects(group), group)) for group in _groups(cases)]
     scored = run_parts(parts, _stretch(progress, 50, 98))
     places = {case.name: place for place, case in enumerate(cases)}
@@ -152,11 +154,12 @@ def _stretch(progress: Progress, start: int, end: int) -> Progress:
 def _groups(cases: list[Case]) -> list[tuple[Case, ...]]:
     """Return groups of cases to score together, long ones first.
 
-    Precessions need 200 MB more than the rest: one process scores them all.
+    A group has its methods compiled once, and their first run, which is not timed, made once.
     """
     precessions = tuple(case for case in cases if isinstance(case, DualPrecessionCase))
-    others = sorted(((case,) for case in cases if case not in precessions), key=lambda group: -group[0].samples)
-    return [*filter(None, [precessions]), *others]
+    others = sorted((case for case in cases if case not in precessions), key=lambda case: -case.samples)
+    groups = [precessions, *(tuple(others[first : first + _TOGETHER]) for first in range(0, len(others), _TOGETHER))]
+    return [group for group in groups if group]
 
 
 def _subjects(group: tuple[Case, ...]) -> list[str]:

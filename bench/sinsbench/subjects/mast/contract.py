@@ -174,11 +174,11 @@ class MastInputs:
         satellites = np.shape(self.range)[-1] if np.ndim(self.range) else 0
         if satellites < 1:
             raise ValueError("range holds no satellite, expected at least one")
-        for part in (self.noise, self.constants):
+        for which, part in (("noise", self.noise), ("constants", self.constants)):
             names = part._fields if isinstance(part, tuple) else [field.name for field in fields(part)]
             for name in names:
                 if not (np.isfinite(getattr(part, name)) and (getattr(part, name) > 0 or name == "earth_rate")):
-                    raise ValueError(f"{name} = {getattr(part, name)}: a positive number is needed")
+                    raise ValueError(f"{which}.{name} = {getattr(part, name)}: a positive number is needed")
         middles = np.linspace(time[0], time[-1], 2 * n + 1)
         shapes = {
             **dict.fromkeys(("rate1", "specific_force1", "rate2", "specific_force2"), (n, 3, 3)),
