@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["checked_array", "checked_inputs", "extrapolated_start"]
+__all__ = ["checked_array", "checked_inputs", "extrapolated_start", "finite_over_time"]
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,34 @@ def checked_array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) ->
         raise ValueError(f"{name} has shape {' x '.join(map(str, array.shape)) or 'scalar'}, expected {wanted}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} has values that are not finite")
+    return array
+
+
+def finite_over_time(name: str, values: ArrayLike, shape: tuple[int, ...], time: Array) -> Array:
+    """Return `values` as a contiguous float64 array after checking its shape and that each row is finite.
+
+    Parameters
+    ----------
+    name : str
+        Name for the messages.
+    values : array_like
+        The argument, a row an instant.
+    shape : tuple of int
+        Required shape.
+    time : ndarray
+        Instants of the rows, s.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another one, or a value is NaN or infinite: it says at which time first.
+    """
+    array = np.ascontiguousarray(values, np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}, expected {shape}")
+    finite = np.isfinite(array.reshape(len(array), -1)).all(axis=1)
+    if not finite.all():
+        raise ValueError(f"{name} is not finite, first at t = {time[int(np.argmin(finite))]:.9g} s")
     return array
 
 

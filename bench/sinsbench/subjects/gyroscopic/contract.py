@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from sinsbench.subjects.integrators import checked_array
+from sinsbench.subjects.increments import checked_array, finite_over_time
 from sinsbench.subjects.outcome import OutcomeError
 
 __all__ = ["BrokenConditionError", "Inputs", "Start"]
@@ -92,9 +92,9 @@ class Inputs:
         ends = time if self.kind == "points" else time[1:]
         return Inputs(
             time,
-            _finite("rate", self.rate, (rows, 3), ends),
-            _finite("specific_force", self.specific_force, (rows, 3), ends),
-            {name: _finite(name, values, (n + 1,), time) for name, values in self.aids.items()},
+            finite_over_time("rate", self.rate, (rows, 3), ends),
+            finite_over_time("specific_force", self.specific_force, (rows, 3), ends),
+            {name: finite_over_time(name, values, (n + 1,), time) for name, values in self.aids.items()},
             self.kind,
         )
 
@@ -102,16 +102,6 @@ class Inputs:
     def interval(self) -> float:
         """Distance of the times, s."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
-
-
-def _finite(name: str, values: ArrayLike, shape: tuple[int, ...], time: Array) -> Array:
-    array = np.ascontiguousarray(values, np.float64)
-    if array.shape != shape:
-        raise ValueError(f"{name} has shape {array.shape}, expected {shape}")
-    finite = np.isfinite(array.reshape(len(array), -1)).all(axis=1)
-    if not finite.all():
-        raise ValueError(f"{name} is not finite, first at t = {time[int(np.argmin(finite))]:.9g} s")
-    return array
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from sinsbench.subjects.increments import checked_array
+from sinsbench.subjects.increments import checked_array, finite_over_time
 from sinsbench.subjects.mast.model import Constants as MastConstants
 from sinsbench.subjects.outcome import OutcomeError
 
@@ -186,20 +186,10 @@ class MastInputs:
             **dict.fromkeys(("range_rate", "range"), (n, 3, satellites)),
         }
         arrays = {
-            name: _finite(name, getattr(self, name), shape, time if len(shape) and shape[0] == n else middles)
+            name: finite_over_time(name, getattr(self, name), shape, time if len(shape) and shape[0] == n else middles)
             for name, shape in shapes.items()
         }
         return MastInputs(time, **arrays, noise=self.noise, constants=self.constants)
-
-
-def _finite(name: str, values: ArrayLike, shape: tuple[int, ...], time: Array) -> Array:
-    array = np.ascontiguousarray(values, np.float64)
-    if array.shape != shape:
-        raise ValueError(f"{name} has shape {array.shape}, expected {shape}")
-    finite = np.isfinite(array.reshape(len(array), -1)).all(axis=1)
-    if not finite.all():
-        raise ValueError(f"{name} is not finite, first at t = {time[int(np.argmin(finite))]:.9g} s")
-    return array
 
 
 @dataclass(frozen=True)
