@@ -57,11 +57,11 @@ def bench_reproduce(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
 
 
 def _watch(process: subprocess.Popen[bytes], peak: list[int]) -> None:
-    """Keep the largest sum of the memory of a process and its descendants."""
+    """Keep the largest sum of the resident memory of a process and its descendants."""
     if not Path("/proc").is_dir():
         pytest.fail("the memory of all processes is read from /proc")
     while process.poll() is None:
-        peak[0] = max(peak[0], sum(map(_memory, _family(process.pid))))
+        peak[0] = max(peak[0], sum(map(_resident, _family(process.pid))))
         time.sleep(0.1)
 
 
@@ -73,10 +73,8 @@ def _family(pid: int) -> list[int]:
     return [pid, *(member for child in children for member in _family(int(child)))]
 
 
-def _memory(pid: int) -> int:
-    """Return the proportional set size, bytes: of what processes share, such as libraries, each has its part."""
+def _resident(pid: int) -> int:
     try:
-        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
-    except OSError:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * resource.getpagesize()
+    except (OSError, IndexError):
         return 0
-    return sum(int(line.split()[1]) * 1024 for line in lines if line.startswith("Pss:"))
